@@ -1,0 +1,206 @@
+"""Rotations as matrices, quaternions (x y z w), rotation vectors, Euler angles and the paper's axes.
+
+Every function takes any leading axes. Angles are computed with atan2 of a quaternion's parts, which
+keeps full accuracy near 0 and near pi, where an arccos of the trace loses half of the digits.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_SMALL = 1e-4
+"""Below this angle in radians the series is more accurate than the closed form."""
+
+
+def skew(v: FloatArray) -> FloatArray:
+    """Return the cross-product matrices, `skew(a) @ b = a x b`, eq. (11e).
+
+    Args:
+        v: (..., 3) vectors.
+
+    Returns:
+        (..., 3, 3) matrices.
+    """
+    v = np.asarray(v, dtype=float)
+    zero = np.zeros(v.shape[:-1])
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
+    return np.stack(rows, axis=-1).reshape(*v.shape[:-1], 3, 3)
+
+
+def exp(v: FloatArray) -> FloatArray:
+    """Return the rotation matrices of rotation vectors.
+
+    Args:
+        v: (..., 3) rotation vectors in radians.
+
+    Returns:
+        (..., 3, 3) rotation matrices.
+    """
+    v = np.asarray(v, dtype=float)
+    half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
+    scale = 0.5 * np.where(half < _SMALL, 1.0 - half**2 / 6.0, np.sinc(half / np.pi))
+    return matrix_from_quaternion(np.concatenate([scale * v, np.cos(half)], axis=-1))
+
+
+def log(R: FloatArray) -> FloatArray:
+    """Return the rotation vectors of rotation matrices, with an angle in [0, pi].
+
+    Args:
+        R: (..., 3, 3) rotation matrices.
+
+    Returns:
+        (..., 3) rotation vectors in radians. At an angle of pi one of the two axes is taken.
+    """
+    q = quaternion_from_matrix(R)
+    sine = np.linalg.norm(q[..., :3], axis=-1, keepdims=True)
+    half = np.arctan2(sine, q[..., 3:])
+    tiny = sine < _SMALL
+    scale = np.where(tiny, 2.0 + sine**2 / 3.0, 2.0 * half / np.where(tiny, 1.0, sine))
+    return np.asarray(scale * q[..., :3])
+
+
+def angle(R: FloatArray) -> FloatArray:
+    """Return the rotation angles in [0, pi] radians of (..., 3, 3) matrices, shape (...)."""
+    q = quaternion_from_matrix(R)
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(q[..., :3], axis=-1), q[..., 3]))
+
+
+def matrix_from_quaternion(q: FloatArray) -> FloatArray:
+    """Return the rotation matrices of quaternions, which are normalised first.
+
+    Args:
+        q: (..., 4) quaternions x y z w, not zero.
+
+    Returns:
+        (..., 3, 3) rotation matrices.
+    """
+    q = np.asarray(q, dtype=float)
+    x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - z * w),
+        2 * (x * z + y * w),
+        2 * (x * y + z * w),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - x * w),
+        2 * (x * z - y * w),
+        2 * (y * z + x * w),
+        1 - 2 * (x * x + y * y),
+    ]
+    return np.stack(rows, axis=-1).reshape(*q.shape[:-1], 3, 3)
+
+
+def quaternion_from_matrix(R: FloatArray) -> FloatArray:
+    """Return the unit quaternions of rotation matrices, with w >= 0.
+
+    Each quaternion is read off the row of `4 q q'` with the largest diagonal element, so none of
+    its parts is found by a cancelling subtraction.
+
+    Args:
+        R: (..., 3, 3) rotation matrices.
+
+    Returns:
+        (..., 4) quaternions x y z w.
+    """
+    R = np.asarray(R, dtype=float)
+    xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    xy, xz, yz = R[..., 0, 1] + R[..., 1, 0], R[..., 0, 2] + R[..., 2, 0], R[..., 1, 2] + R[..., 2, 1]
+    xw, yw, zw = R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]
+    outer = np.stack(
+        [
+            np.stack([1 + xx - yy - zz, xy, xz, xw], axis=-1),
+            np.stack([xy, 1 - xx + yy - zz, yz, yw], axis=-1),
+            np.stack([xz, yz, 1 - xx - yy + zz, zw], axis=-1),
+            np.stack([xw, yw, zw, 1 + xx + yy + zz], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.where(q[..., 3:] < 0, -q, q)
+
+
+def principal_axis(R: FloatArray) -> FloatArray:
+    """Return the paper's rotation axis `P = 2 sin(angle / 2) n`, eq. (9).
+
+    Args:
+        R: (..., 3, 3) rotation matrices.
+
+    Returns:
+        (..., 3) axes of length at most 2. At a length of 2 the sign of the axis is open.
+    """
+    return 2.0 * quaternion_from_matrix(R)[..., :3]
+
+
+def matrix_from_principal_axis(P: FloatArray) -> FloatArray:
+    """Return the rotation matrices of the paper's axes, eq. (10).
+
+    Args:
+        P: (..., 3) axes of length at most 2.
+
+    Returns:
+        (..., 3, 3) rotation matrices.
+    """
+    P = np.asarray(P, dtype=float)
+    square = np.sum(P * P, axis=-1)[..., None, None]
+    alpha = np.sqrt(np.maximum(4.0 - square, 0.0))
+    outer = P[..., :, None] * P[..., None, :]
+    return (1.0 - square / 2.0) * np.eye(3) + 0.5 * (outer + alpha * skew(P))
+
+
+def matrix_from_euler(angles: FloatArray, order: str) -> FloatArray:
+    """Return the rotation matrices of Euler angles.
+
+    Args:
+        angles: (..., 3) angles in radians, in the order of the axes in `order`.
+        order: Three letters; lower case (`xyz`) turns about the fixed axes one after the other,
+            upper case (`ZYX`) about the axes that turn along, as in SciPy.
+
+    Returns:
+        (..., 3, 3) rotation matrices.
+
+    Raises:
+        ValueError: `order` is not three letters of one case out of x, y and z.
+    """
+    if len(order) != 3 or not (set(order) <= set("xyz") or set(order) <= set("XYZ")):
+        raise ValueError(f"expected an order such as 'xyz' or 'ZYX', found {order!r}")
+    axes = np.eye(3)[["xyz".index(letter) for letter in order.lower()]]
+    turns = exp(np.asarray(angles, dtype=float)[..., None] * axes)
+    first, second, third = turns[..., 0, :, :], turns[..., 1, :, :], turns[..., 2, :, :]
+    return third @ second @ first if order.islower() else first @ second @ third
+
+
+def project_to_so3(M: FloatArray) -> FloatArray:
+    """Return the rotation matrices nearest to (..., 3, 3) matrices in the Frobenius norm."""
+    U, _, Vt = np.linalg.svd(np.asarray(M, dtype=float))
+    sign = np.ones((*U.shape[:-2], 3))
+    sign[..., 2] = np.linalg.det(U @ Vt)
+    return np.asarray(U @ (sign[..., None] * Vt))
+
+
+def mean(R: FloatArray, axis: int = 0) -> FloatArray:
+    """Return the chordal mean of rotation matrices over one leading axis."""
+    return project_to_so3(np.mean(R, axis=axis))
+
+
+def left_jacobian_inverse(v: FloatArray) -> FloatArray:
+    """Return J with `Log(Exp(d) Exp(v)) = v + J d` to first order in d.
+
+    Args:
+        v: (..., 3) rotation vectors shorter than 2 pi.
+
+    Returns:
+        (..., 3, 3) Jacobians; the right-hand one is that of `-v`.
+    """
+    v = np.asarray(v, dtype=float)
+    theta = np.linalg.norm(v, axis=-1)[..., None, None]
+    tiny = theta < 1e-2
+    safe = np.where(tiny, 1.0, theta)
+    exact = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2
+    K = skew(v)
+    return np.eye(3) - 0.5 * K + np.where(tiny, 1 / 12 + theta**2 / 720, exact) * (K @ K)
