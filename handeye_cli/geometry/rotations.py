@@ -1,4 +1,4 @@
-"""Rotations as matrices, quaternions (x y z w), rotation vectors, Euler angles and the paper's axes.
+"""Rotations as matrices, quaternions (x y z w), rotation vectors, Euler angles, the paper's axes.
 
 Every function takes any leading axes. Angles are computed with atan2 of a quaternion's parts, which
 keeps full accuracy near 0 and near pi, where an arccos of the trace loses half of the digits.
@@ -108,8 +108,16 @@ def quaternion_from_matrix(R: FloatArray) -> FloatArray:
     """
     R = np.asarray(R, dtype=float)
     xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
-    xy, xz, yz = R[..., 0, 1] + R[..., 1, 0], R[..., 0, 2] + R[..., 2, 0], R[..., 1, 2] + R[..., 2, 1]
-    xw, yw, zw = R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]
+    xy, xz, yz = (
+        R[..., 0, 1] + R[..., 1, 0],
+        R[..., 0, 2] + R[..., 2, 0],
+        R[..., 1, 2] + R[..., 2, 1],
+    )
+    xw, yw, zw = (
+        R[..., 2, 1] - R[..., 1, 2],
+        R[..., 0, 2] - R[..., 2, 0],
+        R[..., 1, 0] - R[..., 0, 1],
+    )
     outer = np.stack(
         [
             np.stack([1 + xx - yy - zz, xy, xz, xw], axis=-1),
@@ -122,7 +130,7 @@ def quaternion_from_matrix(R: FloatArray) -> FloatArray:
     best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     q = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return np.where(q[..., 3:] < 0, -q, q)
+    return np.asarray(np.where(q[..., 3:] < 0, -q, q))
 
 
 def principal_axis(R: FloatArray) -> FloatArray:
@@ -134,7 +142,7 @@ def principal_axis(R: FloatArray) -> FloatArray:
     Returns:
         (..., 3) axes of length at most 2. At a length of 2 the sign of the axis is open.
     """
-    return 2.0 * quaternion_from_matrix(R)[..., :3]
+    return np.asarray(2.0 * quaternion_from_matrix(R)[..., :3])
 
 
 def matrix_from_principal_axis(P: FloatArray) -> FloatArray:
@@ -150,7 +158,7 @@ def matrix_from_principal_axis(P: FloatArray) -> FloatArray:
     square = np.sum(P * P, axis=-1)[..., None, None]
     alpha = np.sqrt(np.maximum(4.0 - square, 0.0))
     outer = P[..., :, None] * P[..., None, :]
-    return (1.0 - square / 2.0) * np.eye(3) + 0.5 * (outer + alpha * skew(P))
+    return np.asarray((1.0 - square / 2.0) * np.eye(3) + 0.5 * (outer + alpha * skew(P)))
 
 
 def matrix_from_euler(angles: FloatArray, order: str) -> FloatArray:
@@ -183,9 +191,9 @@ def project_to_so3(M: FloatArray) -> FloatArray:
     return np.asarray(U @ (sign[..., None] * Vt))
 
 
-def mean(R: FloatArray, axis: int = 0) -> FloatArray:
-    """Return the chordal mean of rotation matrices over one leading axis."""
-    return project_to_so3(np.mean(R, axis=axis))
+def mean(R: FloatArray) -> FloatArray:
+    """Return the chordal mean (..., 3, 3) of (..., N, 3, 3) rotation matrices."""
+    return project_to_so3(np.mean(R, axis=-3))
 
 
 def left_jacobian_inverse(v: FloatArray) -> FloatArray:
@@ -203,4 +211,6 @@ def left_jacobian_inverse(v: FloatArray) -> FloatArray:
     safe = np.where(tiny, 1.0, theta)
     exact = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2
     K = skew(v)
-    return np.eye(3) - 0.5 * K + np.where(tiny, 1 / 12 + theta**2 / 720, exact) * (K @ K)
+    return np.asarray(
+        np.eye(3) - 0.5 * K + np.where(tiny, 1 / 12 + theta**2 / 720, exact) * (K @ K)
+    )

@@ -31,7 +31,7 @@ def inverse(T: FloatArray) -> FloatArray:
 
 
 def transform_points(T: FloatArray, points: FloatArray) -> FloatArray:
-    """Return (..., n, 3) points of the child frame in the parent frame of (..., 4, 4) transforms."""
+    """Return (..., n, 3) points of the child frame in the parent's, by (..., 4, 4) transforms."""
     rotated = points @ np.swapaxes(T[..., :3, :3], -1, -2)
     return np.asarray(rotated + T[..., None, :3, 3])
 
@@ -49,7 +49,9 @@ def difference(T: FloatArray, origin: FloatArray) -> FloatArray:
 
 
 def _blocks(upper_left: FloatArray, upper_right: FloatArray, lower_right: FloatArray) -> FloatArray:
-    batch = np.broadcast_shapes(upper_left.shape[:-2], upper_right.shape[:-2], lower_right.shape[:-2])
+    batch = np.broadcast_shapes(
+        upper_left.shape[:-2], upper_right.shape[:-2], lower_right.shape[:-2]
+    )
     J = np.zeros((*batch, 6, 6))
     J[..., :3, :3], J[..., :3, 3:], J[..., 3:, 3:] = upper_left, upper_right, lower_right
     return J
@@ -69,6 +71,6 @@ def inverse_jacobian(T: FloatArray) -> FloatArray:
     return _blocks(-Rt, -Rt @ rotations.skew(T[..., :3, 3]), -Rt)
 
 
-def mean(T: FloatArray, axis: int = 0) -> FloatArray:
-    """Return the mean over one leading axis: chordal for the rotation, plain for the translation."""
-    return from_parts(rotations.mean(T[..., :3, :3], axis), np.mean(T[..., :3, 3], axis=axis))
+def mean(T: FloatArray) -> FloatArray:
+    """Return the mean of (..., N, 4, 4) transforms: chordal rotation, plain translation."""
+    return from_parts(rotations.mean(T[..., :3, :3]), np.mean(T[..., :3, 3], axis=-2))

@@ -12,8 +12,8 @@ def star_pairs(count: int) -> NDArray[np.int64]:
     """Return the pairs of the star drawing over stations in the order of the generator.
 
     An odd number of stations is joined by one closed star with the step (N - 1) / 2. An even one
-    takes the step N / 2 - 1; where that leaves two separate stars (N = 6, 10, 14, ...), the pairs of
-    opposite stations join them. Both keep every interstation angle near its largest.
+    takes the step N / 2 - 1; where that leaves two separate stars (N = 6, 10, 14, ...), the pairs
+    of opposite stations join them. Both keep every interstation angle near its largest.
 
     Args:
         count: Number of stations, at least 3.

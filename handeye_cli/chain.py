@@ -1,0 +1,78 @@
+"""The usable stations of a document as arrays of the loop `A_i X B_i = Z`, for either setup."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handeye_cli.conventions import Setup
+from handeye_cli.errors import UndeterminedError
+from handeye_cli.geometry import se3
+from handeye_cli.records import FloatArray, IntArray, Stations
+
+MIN_STATIONS = 3
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Poses of N stations.
+
+    Attributes:
+        index: (N,) position of each station in the document.
+        A: (N, 4, 4) reference_T_mount.
+        B: (N, 4, 4) camera_T_target.
+        by_robot: (N, 6, 6) derivative of A's perturbation by that of base_T_gripper.
+        camera_covariance: (N, 6, 6) of B's perturbation; zero where the document has none.
+        has_covariance: Whether every station came with a covariance.
+    """
+
+    index: IntArray
+    A: FloatArray
+    B: FloatArray
+    by_robot: FloatArray
+    camera_covariance: FloatArray
+    has_covariance: bool
+
+    def part(self, rows: slice) -> Chain:
+        """Return the chain of some of its stations."""
+        return replace(
+            self,
+            index=self.index[rows],
+            A=self.A[rows],
+            B=self.B[rows],
+            by_robot=self.by_robot[rows],
+            camera_covariance=self.camera_covariance[rows],
+        )
+
+
+def chain_of(stations: Stations) -> Chain:
+    """Collect the stations with a target pose.
+
+    Raises:
+        UndeterminedError: Fewer than three, the minimum of the paper's lemmas VII and IX.
+    """
+    usable = [
+        (i, station.base_T_gripper, station.camera_T_target)
+        for i, station in enumerate(stations.stations)
+        if station.camera_T_target is not None
+    ]
+    if len(usable) < MIN_STATIONS:
+        raise UndeterminedError(
+            f"expected at least {MIN_STATIONS} stations with a target pose, found {len(usable)} "
+            f"of {len(stations.stations)}",
+            hint="record more stations; 'handeye extract' lists why images were not used",
+        )
+    robot = np.array([pose for _, pose, _ in usable])
+    covariances = [seen.covariance for _, _, seen in usable]
+    eye_in_hand = stations.setup is Setup.EYE_IN_HAND
+    return Chain(
+        index=np.array([i for i, _, _ in usable]),
+        A=robot if eye_in_hand else se3.inverse(robot),
+        B=np.array([seen.matrix for _, _, seen in usable]),
+        by_robot=np.tile(np.eye(6), (len(robot), 1, 1))
+        if eye_in_hand
+        else se3.inverse_jacobian(robot),
+        camera_covariance=np.array([np.zeros((6, 6)) if C is None else C for C in covariances]),
+        has_covariance=all(C is not None for C in covariances),
+    )

@@ -1,0 +1,129 @@
+"""Stage: the target's pose at every station, from its points' pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli import intrinsics, targets
+from handeye_cli.conventions import Setup
+from handeye_cli.errors import UndeterminedError
+from handeye_cli.geometry import consensus, pnp
+from handeye_cli.records import (
+    Camera,
+    Features,
+    FloatArray,
+    Noise,
+    Station,
+    Stations,
+    UncertainPose,
+)
+from handeye_cli.views import MIN_POINTS, Views, pose_candidates, views_of
+
+_GROSS_FACTOR = 20.0
+_GROSS_PIXELS = 1.0
+"""A view whose residual is above both, the factor times the median and the pixels, went wrong."""
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Chosen pose and quality of each view: (N, 4, 4), (N,) px, (N,) bool, pooled px."""
+
+    poses: FloatArray
+    rms: FloatArray
+    good: NDArray[np.bool_]
+    sigma: float
+
+
+def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Stations:
+    """Compute camera_T_target of every station with its covariance from the pixel noise.
+
+    Weak perspective leaves a plane with two poses that explain an image about as well; which one
+    is right is decided over all stations together, by the robot's rotations. The pixel noise is
+    pooled over the stations, unless the features' `noise` gives it.
+
+    Args:
+        features: Target points of all stations.
+        calibrate_intrinsics: Estimate the intrinsics from the same images even if they are given.
+
+    Returns:
+        All stations; one whose pose could not be computed has the reason.
+
+    Raises:
+        UndeterminedError: No station saw the target, or intrinsics cannot be determined.
+        InputError: The intrinsics are missing.
+        ConvergenceError: The intrinsics did not converge.
+    """
+    views = views_of(features.stations, targets.build(features.target).points())
+    if len(views.index) == 0:
+        raise UndeterminedError(
+            f"expected the target in at least one image, found it in none of "
+            f"{len(features.stations)}",
+            hint="look at the reasons with 'handeye extract', and check --target",
+        )
+    findings = list(features.findings)
+    camera = features.camera
+    if calibrate_intrinsics or camera is None:
+        camera, finding = intrinsics.calibrate_intrinsics(features, views)
+        findings.append(finding)
+    fit = _fit(views, camera, features.setup)
+    noise = features.noise or Noise()
+    sigma = fit.sigma if noise.pixel is None else noise.pixel
+    stations = _stations(features.stations, views, camera, fit, sigma)
+    return Stations(
+        setup=features.setup,
+        stations=stations,
+        target=features.target,
+        camera=camera,
+        noise=features.noise,
+        findings=tuple(findings),
+        provenance=features.provenance,
+    )
+
+
+def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
+    candidates = pose_candidates(views, camera)
+    rotations = candidates.poses[..., :3, :3]
+    chosen = consensus.choose(views.reference_R_mount(setup), rotations, candidates.penalties)
+    poses = candidates.poses[np.arange(len(chosen)), chosen]
+    squares = pnp.squared_residuals(poses, views.seen, camera.lens)
+    count = 2 * views.seen.mask.sum(axis=1)
+    rms = np.sqrt(squares / count)
+    good = rms <= max(_GROSS_PIXELS, _GROSS_FACTOR * float(np.median(rms)))
+    freedom = max(int(np.sum(count[good] - 6)), 1)
+    return _Fit(poses, rms, good, float(np.sqrt(np.sum(squares[good]) / freedom)))
+
+
+def _stations(
+    stations: tuple[Station, ...], views: Views, camera: Camera, fit: _Fit, sigma: float
+) -> tuple[Station, ...]:
+    information = pnp.pose_information(fit.poses, views.seen, camera.lens)
+    out = [_without_pose(station) for station in stations]
+    for row, index in enumerate(views.index):
+        if not fit.good[row]:
+            reason = (
+                f"reprojection error {fit.rms[row]:.2f} px where the stations' median is "
+                f"{np.median(fit.rms):.2f} px"
+            )
+            out[index] = replace(out[index], camera_T_target=None, reason=reason)
+            continue
+        covariance = sigma**2 * np.linalg.inv(information[row])
+        covariance = (covariance + covariance.T) / 2
+        out[index] = replace(
+            out[index],
+            camera_T_target=UncertainPose(fit.poses[row], covariance),
+            reason=None,
+        )
+    return tuple(out)
+
+
+def _without_pose(station: Station) -> Station:
+    seen = station.observation
+    if station.reason or seen is None:
+        return replace(station, camera_T_target=None, reason=station.reason or "no target points")
+    if len(seen.ids) < MIN_POINTS:
+        reason = f"{len(seen.ids)} points were seen, at least {MIN_POINTS} are needed"
+        return replace(station, camera_T_target=None, reason=reason)
+    return replace(station, camera_T_target=None)

@@ -1,0 +1,188 @@
+"""The camera model: points in the camera frame to pixels and back, with derivatives.
+
+Parameters are one array (fx, fy, cx, cy, *distortion). The distortion follows OpenCV:
+`plumb_bob` and `rational_polynomial` take k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]], `equidistant`
+takes k1 k2 k3 k4 of the angle to the optical axis. Missing coefficients are zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_PLUMB_BOB_SIZE = 12
+_EQUIDISTANT_SIZE = 4
+_NEWTON_STEPS = 25
+
+
+@dataclass(frozen=True)
+class Lens:
+    """Intrinsics and what they mean.
+
+    Attributes:
+        parameters: (4 + k,) fx, fy, cx, cy and the distortion.
+        model: Name of the distortion model, as in ROS.
+    """
+
+    parameters: FloatArray
+    model: str = "plumb_bob"
+
+
+def project(points: FloatArray, parameters: FloatArray, model: str = "plumb_bob") -> FloatArray:
+    """Return the pixels of points in the camera frame.
+
+    Args:
+        points: (..., 3) points in metres, in front of the camera.
+        parameters: (4 + k,) intrinsics.
+        model: Name of the distortion model, as in ROS.
+
+    Returns:
+        (..., 2) pixels.
+    """
+    distorted, _, _ = distort(points[..., :2] / points[..., 2:], parameters[4:], model)
+    return np.asarray(distorted * parameters[:2] + parameters[2:4])
+
+
+def project_jacobians(
+    points: FloatArray, parameters: FloatArray, model: str = "plumb_bob"
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return pixels with their derivatives by the points and by the intrinsics.
+
+    Args:
+        points: (..., 3) points in the camera frame in metres.
+        parameters: (4 + k,) intrinsics.
+        model: Name of the distortion model.
+
+    Returns:
+        (..., 2) pixels, (..., 2, 3) derivatives by the point, (..., 2, 4 + k) by the parameters.
+    """
+    normal = points[..., :2] / points[..., 2:]
+    distorted, by_normal, by_coefficients = distort(normal, parameters[4:], model)
+    focal = parameters[:2]
+    by_point = np.zeros((*points.shape[:-1], 2, 3))
+    by_point[..., 0, 0] = by_point[..., 1, 1] = 1.0
+    by_point[..., 2] = -normal
+    by_point = focal[:, None] * (by_normal @ (by_point / points[..., 2, None, None]))
+    by_parameters = np.zeros((*points.shape[:-1], 2, parameters.size))
+    by_parameters[..., 0, 0], by_parameters[..., 1, 1] = distorted[..., 0], distorted[..., 1]
+    by_parameters[..., 0, 2] = by_parameters[..., 1, 3] = 1.0
+    by_parameters[..., 4:] = focal[:, None] * by_coefficients
+    return distorted * focal + parameters[2:4], by_point, by_parameters
+
+
+def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bob") -> FloatArray:
+    """Return the undistorted directions (x / z, y / z) of pixels, by Newton's method.
+
+    Args:
+        pixels: (..., 2) pixels.
+        parameters: (4 + k,) intrinsics.
+        model: Name of the distortion model.
+
+    Returns:
+        (..., 2) coordinates on the plane z = 1; NaN where no direction has this pixel as image.
+    """
+    wanted = (pixels - parameters[2:4]) / parameters[:2]
+    if not np.any(parameters[4:]) and model != "equidistant":
+        return np.asarray(wanted)
+    xy = _start(wanted, model)
+    for _ in range(_NEWTON_STEPS):
+        distorted, slope, _ = distort(xy, parameters[4:], model)
+        error = distorted - wanted
+        if np.all(np.abs(error) < 1e-14):
+            break
+        xy = xy - _solve2(slope, error)
+    distorted, _, _ = distort(xy, parameters[4:], model)
+    missed = np.max(np.abs(distorted - wanted), axis=-1, keepdims=True) > 1e-9
+    return np.where(missed, np.nan, xy)
+
+
+def _start(wanted: FloatArray, model: str) -> FloatArray:
+    if model != "equidistant":
+        return wanted
+    radius = np.linalg.norm(wanted, axis=-1, keepdims=True)
+    inside = np.clip(radius, 1e-12, 1.5)
+    return np.asarray(wanted * np.tan(inside) / inside)
+
+
+def _solve2(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    a, b = matrix[..., 0, 0], matrix[..., 0, 1]
+    c, d = matrix[..., 1, 0], matrix[..., 1, 1]
+    determinant = a * d - b * c
+    safe = np.where(np.abs(determinant) < 1e-12, np.nan, determinant)
+    u, v = vector[..., 0], vector[..., 1]
+    return np.stack([(d * u - b * v) / safe, (a * v - c * u) / safe], axis=-1)
+
+
+def distort(
+    xy: FloatArray, coefficients: FloatArray, model: str
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return distorted directions with their derivatives.
+
+    Args:
+        xy: (..., 2) undistorted coordinates on the plane z = 1.
+        coefficients: (k,) of the model.
+        model: Name of the distortion model.
+
+    Returns:
+        (..., 2) distorted coordinates, (..., 2, 2) derivatives by `xy`, (..., 2, k) by the
+        coefficients.
+    """
+    size = coefficients.size
+    if model == "equidistant":
+        full = np.concatenate([coefficients, np.zeros(_EQUIDISTANT_SIZE - size)])
+        out, by_xy, by_k = _equidistant(xy, full)
+    else:
+        full = np.concatenate([coefficients, np.zeros(_PLUMB_BOB_SIZE - size)])
+        out, by_xy, by_k = _radial_tangential(xy, full)
+    return out, by_xy, by_k[..., :size]
+
+
+def _radial_tangential(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = k
+    x, y = xy[..., 0], xy[..., 1]
+    r2 = x * x + y * y
+    r4, r6 = r2 * r2, r2 * r2 * r2
+    above = 1 + k1 * r2 + k2 * r4 + k3 * r6
+    below = 1 + k4 * r2 + k5 * r4 + k6 * r6
+    gain = above / below
+    gain_slope = (k1 + 2 * k2 * r2 + 3 * k3 * r4 - gain * (k4 + 2 * k5 * r2 + 3 * k6 * r4)) / below
+    u = x * gain + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + s1 * r2 + s2 * r4
+    v = y * gain + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + s3 * r2 + s4 * r4
+    prism_u, prism_v = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
+    cross = 2 * gain_slope * x * y
+    u_x = gain + 2 * gain_slope * x * x + 2 * p1 * y + 6 * p2 * x + prism_u * x
+    u_y = cross + 2 * p1 * x + 2 * p2 * y + prism_u * y
+    v_x = cross + 2 * p1 * x + 2 * p2 * y + prism_v * x
+    v_y = gain + 2 * gain_slope * y * y + 6 * p1 * y + 2 * p2 * x + prism_v * y
+    radial = np.stack([r2, r4, r6, -gain * r2, -gain * r4, -gain * r6], axis=-1) / below[..., None]
+    by_k = np.zeros((*xy.shape, _PLUMB_BOB_SIZE))
+    by_k[..., [0, 1, 4, 5, 6, 7]] = xy[..., None] * radial[..., None, :]
+    by_k[..., 0, 2], by_k[..., 1, 2] = 2 * x * y, r2 + 2 * y * y
+    by_k[..., 0, 3], by_k[..., 1, 3] = r2 + 2 * x * x, 2 * x * y
+    by_k[..., 0, 8], by_k[..., 0, 9] = r2, r4
+    by_k[..., 1, 10], by_k[..., 1, 11] = r2, r4
+    by_xy = np.stack([u_x, u_y, v_x, v_y], axis=-1).reshape(*xy.shape, 2)
+    return np.stack([u, v], axis=-1), by_xy, by_k
+
+
+def _equidistant(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    r2 = np.sum(xy * xy, axis=-1)
+    radius = np.sqrt(r2)
+    small = radius < 1e-6
+    safe = np.where(small, 1.0, radius)
+    theta = np.arctan(radius)
+    powers = theta[..., None] ** np.array([2, 4, 6, 8])
+    turned = theta * (1 + powers @ k)
+    gain = np.where(small, 1.0, turned / safe)
+    turned_slope = (1 + powers @ (k * np.array([3, 5, 7, 9]))) / (1 + r2)
+    gain_slope = np.where(small, 0.0, (turned_slope - gain) / safe**2)
+    by_xy = gain[..., None, None] * np.eye(2) + gain_slope[..., None, None] * (
+        xy[..., :, None] * xy[..., None, :]
+    )
+    unit = np.where(small, 1.0, theta / safe)
+    by_k = xy[..., None] * (unit[..., None] * powers)[..., None, :]
+    return xy * gain[..., None], by_xy, by_k

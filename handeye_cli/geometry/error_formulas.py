@@ -1,0 +1,144 @@
+"""The paper's error formulas, eq. (25)-(33), in the repaired form that follows from its lemmas.
+
+Sigmas are RMS magnitudes; Err is a largest magnitude. Three stations are the basis; N stations are
+that times sqrt(3 / N), as in the paper's own experiment. Where the paper writes two motions (1-2
+and 2-3), the mean over all interstation pairs stands here; with equal motions both are the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli.geometry import rotations
+from handeye_cli.geometry.statistics import MAX_OVER_RMS
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StationNoise:
+    """The four sigmas of the paper, of each station's poses.
+
+    Attributes:
+        robot_rotation: sigma_Rg, radians.
+        robot_translation: sigma_Tg, metres.
+        camera_rotation: sigma_Rc, radians.
+        camera_translation: sigma_Tc, metres.
+    """
+
+    robot_rotation: float
+    robot_translation: float
+    camera_rotation: float
+    camera_translation: float
+
+
+@dataclass(frozen=True)
+class CriticalFactors:
+    """What the error depends on, section III-B of the paper.
+
+    Attributes:
+        stations: N.
+        angle: RMS interstation rotation angle, radians.
+        sine: RMS sine of the angle between interstation axes.
+        axes: (3,) singular values of the stacked axes P of eq. (9).
+        camera_distance: RMS |T_c|, metres.
+        robot_distance: RMS |T_gi - T_gj| over the pairs, metres.
+        condition: Condition number of the stacked R_gij - I.
+    """
+
+    stations: int
+    angle: float
+    sine: float
+    axes: FloatArray
+    camera_distance: float
+    robot_distance: float
+    condition: float
+
+
+def critical_factors(
+    A: FloatArray, B: FloatArray, motion_g: FloatArray, motion_c: FloatArray, separation: FloatArray
+) -> CriticalFactors:
+    """Measure the critical factors of a set of stations.
+
+    Args:
+        A: (N, 4, 4) robot poses H_gi.
+        B: (N, 4, 4) camera extrinsics H_ci.
+        motion_g: (m, 4, 4) H_gij of the pairs.
+        motion_c: (m, 4, 4) H_cij of the pairs.
+        separation: (m, 3) T_gi - T_gj.
+    """
+    P = rotations.principal_axis(motion_c[:, :3, :3])
+    length = np.linalg.norm(P, axis=1, keepdims=True)
+    unit = P / np.where(length > 0, length, 1.0)
+    cross = np.cross(unit[:, None], unit[None])
+    different = ~np.eye(len(P), dtype=bool)
+    rows = (motion_g[:, :3, :3] - np.eye(3)).reshape(-1, 3)
+    sizes = np.linalg.svd(rows, compute_uv=False)
+    return CriticalFactors(
+        stations=len(A),
+        angle=_rms(rotations.angle(motion_c[:, :3, :3])),
+        sine=float(np.sqrt(np.mean(np.sum(cross**2, axis=-1)[different]))),
+        axes=np.asarray(np.linalg.svd(P, compute_uv=False)),
+        camera_distance=_rms(np.linalg.norm(B[:, :3, 3], axis=1)),
+        robot_distance=_rms(np.linalg.norm(separation, axis=1)),
+        condition=float(sizes[0] / sizes[-1]),
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def rotation_sigma(factors: CriticalFactors, noise: StationNoise) -> float:
+    """Return sigma_Rcg in radians, eq. (29) with (25a)."""
+    pair = 2.0 * (noise.robot_rotation**2 + noise.camera_rotation**2)
+    return float(np.sqrt(pair) * _axes_gain(factors.axes))
+
+
+def rotation_max(factors: CriticalFactors, noise: StationNoise) -> float:
+    """Return Err(R_cg) in radians, eq. (30) with (25b)."""
+    pair = 2.0 * MAX_OVER_RMS * (noise.robot_rotation + noise.camera_rotation)
+    return float(pair * _axes_gain(factors.axes))
+
+
+def _axes_gain(axes: FloatArray) -> float:
+    squares = axes**2
+    return float(np.sqrt(np.sum(1.0 / (squares + np.roll(squares, 1)))))
+
+
+def translation_sigma(factors: CriticalFactors, noise: StationNoise) -> float:
+    """Return the upper bound on sigma_Tcg in metres, eq. (31)."""
+    pair = 2.0 * (noise.robot_rotation**2 + noise.camera_rotation**2)
+    from_rotation = 16.0 / 9.0 * pair / factors.sine**2 * factors.camera_distance**2
+    from_stations = factors.condition * (
+        8.0 / 3.0 * noise.camera_rotation**2 * factors.camera_distance**2
+        + 4.0 * noise.camera_translation**2
+        + 4.0 / 3.0 * noise.robot_rotation**2 * factors.robot_distance**2
+        + 4.0 * noise.robot_translation**2
+    )
+    return float(_turn_gain(factors) * np.sqrt(from_rotation + from_stations))
+
+
+def translation_max(factors: CriticalFactors, noise: StationNoise) -> float:
+    """Return the upper bound on Err(T_cg) in metres, eq. (33) with (25b) and without its root."""
+    pair = 2.0 * MAX_OVER_RMS * (noise.robot_rotation + noise.camera_rotation)
+    from_rotation = 4.0 / factors.sine * pair * factors.camera_distance
+    from_stations = (
+        factors.condition
+        * MAX_OVER_RMS
+        * (
+            4.0 * noise.camera_rotation * factors.camera_distance
+            + 4.0 * noise.camera_translation
+            + 2.0 * noise.robot_rotation * factors.robot_distance
+            + 4.0 * noise.robot_translation
+        )
+    )
+    return float(_turn_gain(factors) * (from_rotation + from_stations))
+
+
+def _turn_gain(factors: CriticalFactors) -> float:
+    more = np.sqrt(3.0 / factors.stations)
+    return float(more / (2.0 * np.sin(min(factors.angle, np.pi) / 2.0)))

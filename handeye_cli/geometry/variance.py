@@ -1,0 +1,119 @@
+"""Noise levels from residuals: restricted maximum likelihood for variance components.
+
+The residuals of N stations have covariances `S_i = C_i + sum_k v_k V_ik` with known C and V and
+unknown variances v, and a mean `J_i x` with unknown x. REML is the likelihood of what is left after
+x has been fitted, so few stations do not make the noise look small.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_MAX_STEPS = 100
+_TOLERANCE = 1e-9
+_LARGEST_STEP = 2.0
+
+
+@dataclass(frozen=True)
+class VarianceComponents:
+    """Estimated variances.
+
+    Attributes:
+        variances: (K,) estimates, not below the floor.
+        information: (K, K) on the variances; its inverse is their covariance.
+        converged: Whether the iteration settled.
+    """
+
+    variances: FloatArray
+    information: FloatArray
+    converged: bool
+
+
+def estimate(
+    *,
+    residuals: FloatArray,
+    design: FloatArray,
+    known: FloatArray,
+    shapes: FloatArray,
+    start: FloatArray,
+    floor: FloatArray,
+) -> VarianceComponents:
+    """Estimate variance components by Fisher scoring on their logarithms.
+
+    Args:
+        residuals: (N, d) residual of each station.
+        design: (N, d, p) derivative of the residuals by the unknowns.
+        known: (N, d, d) known part of the covariance.
+        shapes: (K, N, d, d) derivative of the covariance by each variance.
+        start: (K,) first guesses, positive.
+        floor: (K,) smallest variances considered, positive.
+    """
+    variances = np.maximum(start, floor)
+    value = -np.inf
+    damping, converged = 1e-3, False
+    score, information = np.zeros(len(start)), np.eye(len(start))
+    likelihood, score, information = _likelihood(residuals, design, known, shapes, variances)
+    for _ in range(_MAX_STEPS):
+        value = likelihood
+        log_score = variances * score
+        log_information = variances[:, None] * information * variances
+        damped = log_information + damping * np.diag(np.diag(log_information) + 1e-9)
+        step = np.clip(np.linalg.solve(damped, log_score), -_LARGEST_STEP, _LARGEST_STEP)
+        tried = np.maximum(variances * np.exp(step), floor)
+        likelihood, tried_score, tried_information = _likelihood(
+            residuals, design, known, shapes, tried
+        )
+        if likelihood < value - 1e-12 * abs(value):
+            likelihood, damping = value, damping * 10.0
+            if damping > 1e10:
+                break
+            continue
+        moved = np.max(np.abs(np.log(tried / variances)))
+        variances, score, information = tried, tried_score, tried_information
+        damping = max(damping * 0.1, 1e-9)
+        if moved < _TOLERANCE or likelihood - value < 1e-12 * max(abs(value), 1.0):
+            converged = True
+            break
+    return VarianceComponents(variances, information, converged)
+
+
+def _likelihood(
+    residuals: FloatArray,
+    design: FloatArray,
+    known: FloatArray,
+    shapes: FloatArray,
+    variances: FloatArray,
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return the restricted log-likelihood, its score and its expected information, in O(N)."""
+    covariance = known + np.einsum("k,knij->nij", variances, shapes)
+    weight = np.linalg.inv(covariance)
+    WJ = weight @ design
+    M = np.einsum("nij,nik->jk", design, WJ)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
+    M_inverse = np.linalg.pinv(M * scale[:, None] * scale, hermitian=True) * scale[:, None] * scale
+    fitted = M_inverse @ np.einsum("nij,ni->j", WJ, residuals)
+    left = residuals - design @ fitted
+    Pe = np.einsum("nij,nj->ni", weight, left)
+    WV = np.einsum("nij,knjl->knil", weight, shapes)
+    G = np.einsum("nia,knij,njb->kab", WJ, shapes, WJ)
+    MG = M_inverse @ G
+    trace = np.einsum("knii->k", WV) - np.einsum("kaa->k", MG)
+    quadratic = np.einsum("ni,knij,nj->k", Pe, shapes, Pe)
+    VWJ = np.einsum("knij,nja->knia", shapes, WJ)
+    mixed = np.einsum("knia,nij,lnjb->klab", VWJ, weight, VWJ)
+    information = 0.5 * (
+        np.einsum("knij,lnji->kl", WV, WV)
+        - 2.0 * np.einsum("klab,ba->kl", mixed, M_inverse)
+        + np.einsum("kab,lba->kl", MG, MG)
+    )
+    _, log_det = np.linalg.slogdet(covariance)
+    eigenvalues = np.linalg.eigvalsh(M * scale[:, None] * scale)
+    solid = eigenvalues > eigenvalues[-1] * 1e-15
+    log_det_M = np.sum(np.log(eigenvalues[solid])) - 2.0 * np.sum(np.log(scale))
+    value = -0.5 * (np.sum(log_det) + log_det_M + float(np.sum(residuals * Pe)))
+    return float(value), 0.5 * (quadratic - trace), information

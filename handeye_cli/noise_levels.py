@@ -1,0 +1,117 @@
+"""The noise of robot and camera poses: taken as given, or estimated from the loop's residuals.
+
+The camera's poses usually bring their covariance along. What is then left of the residuals is the
+robot's. Where nothing is known of the camera, residuals cannot tell the two apart and all is put
+down to the robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handeye_cli.chain import Chain
+from handeye_cli.geometry import variance
+from handeye_cli.geometry.loop import isotropic_covariance, loop_jacobians
+from handeye_cli.records import FloatArray, Noise
+from handeye_cli.solvers.problem import Solution
+
+_FLOOR = 1e-9
+"""Smallest level considered, radians and metres."""
+_ROBOT = ("robot_rotation", "robot_translation")
+_CAMERA = ("camera_rotation", "camera_translation")
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Covariances of all stations' poses, and how sure the estimated part is.
+
+    Attributes:
+        noise: The levels as RMS magnitudes.
+        covariance: (N, 12, 12) of the perturbations of A_i and B_i together.
+        shapes: (K, N, 12, 12) its derivative by each estimated variance; K is 0 where all is given.
+        information: (K, K) on the estimated variances.
+        converged: Whether the estimation settled.
+    """
+
+    noise: Noise
+    covariance: FloatArray
+    shapes: FloatArray
+    information: FloatArray
+    converged: bool = True
+
+
+def noise_model(chain: Chain, given: Noise | None, solution: Solution) -> NoiseModel:
+    """Return the noise of the stations' poses.
+
+    Args:
+        chain: The stations.
+        given: Levels that are taken as given; those of the robot are estimated otherwise, and those
+            of the camera where the robot's are given and the stations have no covariances.
+        solution: A solution to take the residuals at.
+    """
+    given = given or Noise()
+    levels = {name: getattr(given, name) for name in (*_ROBOT, *_CAMERA)}
+    known = np.zeros((len(chain.A), 12, 12))
+    if all(levels[name] is None for name in _CAMERA):
+        known[:, 6:, 6:] = chain.camera_covariance
+    for name, level in levels.items():
+        if level is not None:
+            known = known + level**2 * _shape(chain, name)
+    free = [name for name in _ROBOT if levels[name] is None]
+    if not free and not chain.has_covariance:
+        free = [name for name in _CAMERA if levels[name] is None]
+    if not free:
+        nothing = np.zeros((0, *known.shape))
+        return NoiseModel(_summary(given, chain, known), known, nothing, np.zeros((0, 0)))
+    return _estimated(chain, given, solution, known, free)
+
+
+def _shape(chain: Chain, name: str) -> FloatArray:
+    """Return the (N, 12, 12) covariance that one level of 1 gives to the stations' poses."""
+    rotation, translation = (1.0, 0.0) if name.endswith("rotation") else (0.0, 1.0)
+    unit = isotropic_covariance(rotation, translation)
+    shape = np.zeros((len(chain.A), 12, 12))
+    if name in _ROBOT:
+        shape[:, :6, :6] = chain.by_robot @ unit @ np.swapaxes(chain.by_robot, -1, -2)
+    else:
+        shape[:, 6:, 6:] = unit
+    return shape
+
+
+def _estimated(
+    chain: Chain, given: Noise, solution: Solution, known: FloatArray, free: list[str]
+) -> NoiseModel:
+    loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
+    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
+    by_poses_t = np.swapaxes(by_poses, -1, -2)
+    shapes = np.array([_shape(chain, name) for name in free])
+    spread = {
+        "rotation": float(np.mean(np.sum(loop.residuals[:, 3:] ** 2, axis=1))),
+        "translation": float(np.mean(np.sum(loop.residuals[:, :3] ** 2, axis=1))),
+    }
+    found = variance.estimate(
+        residuals=loop.residuals,
+        design=loop.by_unknowns,
+        known=by_poses @ known @ by_poses_t,
+        shapes=by_poses @ shapes @ by_poses_t,
+        start=np.array([spread[name.split("_")[1]] for name in free]),
+        floor=np.full(len(free), _FLOOR**2),
+    )
+    covariance = known + np.einsum("k,knij->nij", found.variances, shapes)
+    levels = dict(zip(free, np.sqrt(found.variances).tolist(), strict=True))
+    noise = _summary(replace(given, **levels), chain, covariance)
+    return NoiseModel(noise, covariance, shapes, found.information, found.converged)
+
+
+def _summary(levels: Noise, chain: Chain, covariance: FloatArray) -> Noise:
+    """Return the levels with the camera's RMS filled in from the stations' covariances."""
+    if levels.camera_rotation is not None or not chain.has_covariance:
+        return levels
+    traces = np.einsum("nii->ni", covariance[:, 6:, 6:]).mean(axis=0)
+    return replace(
+        levels,
+        camera_rotation=float(np.sqrt(traces[3:].sum())),
+        camera_translation=float(np.sqrt(traces[:3].sum())),
+    )

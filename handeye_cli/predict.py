@@ -1,0 +1,91 @@
+"""How far from the truth an answer is expected to be: first-order covariance, and the paper's."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from handeye_cli.chain import Chain
+from handeye_cli.geometry import error_formulas, statistics
+from handeye_cli.noise_levels import NoiseModel
+from handeye_cli.records import FloatArray, IntArray, PaperPrediction, PredictedError
+from handeye_cli.solvers.tsai_lenz import interstation_motions
+
+_PROBABILITY = 0.95
+
+
+def solution_covariance(influence: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return the (12, 12) covariance of X and Z together.
+
+    Args:
+        influence: (N, 12, 12) how they move with each station's poses.
+        covariance: (N, 12, 12) of those poses; stations are independent.
+    """
+    total = np.einsum("nij,njk,nlk->il", influence, covariance, influence)
+    return np.asarray((total + total.T) / 2)
+
+
+def predicted_error(
+    influence: FloatArray, model: NoiseModel, paper: PaperPrediction | None
+) -> PredictedError:
+    """Return RMS and 95 % radius of the answer's rotation and translation error.
+
+    The RMS is that of the covariance. The radius is wider where noise was estimated: the variance
+    of the estimate is matched by a chi-square with as many degrees of freedom (Satterthwaite).
+
+    Args:
+        influence: (N, 12, 12) of the solution.
+        model: The noise of the stations' poses.
+        paper: The paper's own prediction, to stand beside it.
+    """
+    covariance = solution_covariance(influence, model.covariance)
+    slopes = [solution_covariance(influence, shape) for shape in model.shapes]
+    rms, wide = [], []
+    for part in (slice(3, 6), slice(0, 3)):
+        block = covariance[part, part]
+        gradient = np.array([np.trace(slope[part, part]) for slope in slopes])
+        freedom = _freedom(float(np.trace(block)), gradient, model.information)
+        rms.append(float(np.sqrt(np.trace(block))))
+        wide.append(statistics.radius(block, _PROBABILITY, freedom))
+    return PredictedError(rms[0], rms[1], wide[0], wide[1], paper)
+
+
+def _freedom(total: float, gradient: FloatArray, information: FloatArray) -> float:
+    """Return the degrees of freedom of an estimated mean square; infinite where all was given."""
+    if gradient.size == 0 or total <= 0.0:
+        return math.inf
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information * scale[:, None] * scale
+    spread = scale * (np.linalg.pinv(scaled, hermitian=True) @ (scale * gradient))
+    variance = float(gradient @ spread)
+    return 2.0 * total**2 / variance if variance > 0.0 else math.inf
+
+
+def paper_prediction(
+    chain: Chain, pairs: IntArray, covariance: FloatArray
+) -> PaperPrediction | None:
+    """Return the error that eq. (29)-(33) predict for the closed form with these pairs.
+
+    Args:
+        chain: The stations.
+        pairs: (m, 2) interstation pairs.
+        covariance: (N, 12, 12) of the perturbations of A_i and B_i.
+
+    Returns:
+        The prediction, or None where a factor of the formulas vanishes.
+    """
+    motions = interstation_motions(chain.A, chain.B, pairs)
+    separation = chain.A[pairs[:, 0], :3, 3] - chain.A[pairs[:, 1], :3, 3]
+    factors = error_formulas.critical_factors(chain.A, chain.B, *motions, separation)
+    if not (factors.angle > 0 and factors.sine > 0 and np.isfinite(factors.condition)):
+        return None
+    traces = np.einsum("nii->ni", covariance).mean(axis=0).reshape(4, 3).sum(axis=1)
+    translation_g, rotation_g, translation_c, rotation_c = np.sqrt(traces).tolist()
+    noise = error_formulas.StationNoise(rotation_g, translation_g, rotation_c, translation_c)
+    return PaperPrediction(
+        rotation=error_formulas.rotation_sigma(factors, noise),
+        translation=error_formulas.translation_sigma(factors, noise),
+        rotation_max=error_formulas.rotation_max(factors, noise),
+        translation_max=error_formulas.translation_max(factors, noise),
+    )

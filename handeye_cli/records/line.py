@@ -1,0 +1,126 @@
+"""Recording, features and stations: a station on its way from a picture to a pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from handeye_cli.conventions import Setup
+from handeye_cli.records.basics import (
+    Camera,
+    Finding,
+    FloatArray,
+    GreyImage,
+    IntArray,
+    Noise,
+    ProvenanceStep,
+    TargetSpec,
+    UncertainPose,
+)
+
+
+class ImageSource(Protocol):
+    """Where the picture of a station comes from; loaded only when it is looked at."""
+
+    @property
+    def label(self) -> str:
+        """Name for people: the path, or the topic and time."""
+
+    def load(self) -> GreyImage:
+        """Return the (height, width) grey image.
+
+        Raises:
+            InputError: It cannot be read or is no image.
+        """
+
+
+@dataclass(frozen=True)
+class RecordedStation:
+    """A pause of the robot with a picture.
+
+    Attributes:
+        name: Name of the station.
+        base_T_gripper: (4, 4) pose from the robot's controller.
+        image: The picture.
+    """
+
+    name: str
+    base_T_gripper: FloatArray
+    image: ImageSource
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Target points seen in one image.
+
+    Attributes:
+        ids: (n,) indices of the target's points.
+        pixels: (n, 2) images of these points, in pixels.
+        sigma_px: Standard deviation of one coordinate, or None when the detector cannot tell.
+    """
+
+    ids: IntArray
+    pixels: FloatArray
+    sigma_px: float | None = None
+
+
+@dataclass(frozen=True)
+class Station:
+    """A station on its way from pixels to poses.
+
+    Attributes:
+        name: Name of the station.
+        base_T_gripper: (4, 4) pose from the robot's controller.
+        observation: What was seen, or None.
+        camera_T_target: Pose of the target in the camera, or None when unknown.
+        reason: Why the station cannot be used, or None.
+    """
+
+    name: str
+    base_T_gripper: FloatArray
+    observation: Observation | None = None
+    camera_T_target: UncertainPose | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Images and robot poses, as they were taken."""
+
+    setup: Setup
+    stations: tuple[RecordedStation, ...]
+    target: TargetSpec | None = None
+    camera: Camera | None = None
+    noise: Noise | None = None
+    findings: tuple[Finding, ...] = ()
+    provenance: tuple[ProvenanceStep, ...] = ()
+
+
+@dataclass(frozen=True)
+class Features:
+    """Target points found in the images; every station is kept, found or not.
+
+    `image_size` is (width, height) in pixels; a calibration of the intrinsics starts from it.
+    """
+
+    setup: Setup
+    stations: tuple[Station, ...]
+    target: TargetSpec
+    camera: Camera | None = None
+    image_size: tuple[int, int] | None = None
+    noise: Noise | None = None
+    findings: tuple[Finding, ...] = ()
+    provenance: tuple[ProvenanceStep, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Robot poses and target poses, with the pixels they come from where there are any."""
+
+    setup: Setup
+    stations: tuple[Station, ...]
+    target: TargetSpec | None = None
+    camera: Camera | None = None
+    noise: Noise | None = None
+    findings: tuple[Finding, ...] = ()
+    provenance: tuple[ProvenanceStep, ...] = ()

@@ -1,0 +1,127 @@
+"""Stage: from stations to the calibration, with its predicted error."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from handeye_cli import solvers
+from handeye_cli.chain import Chain, chain_of
+from handeye_cli.errors import ConvergenceError, UsageError
+from handeye_cli.geometry import star
+from handeye_cli.geometry.loop import loop_jacobians
+from handeye_cli.motion_check import check_answer, check_motions
+from handeye_cli.noise_levels import NoiseModel, noise_model
+from handeye_cli.predict import paper_prediction, predicted_error, solution_covariance
+from handeye_cli.records import (
+    Calibration,
+    FloatArray,
+    IntArray,
+    Noise,
+    StationResidual,
+    Stations,
+    UncertainPose,
+)
+from handeye_cli.solvers import Problem, Solution
+
+PAIRS = {"star": star.star_pairs, "all": star.all_pairs}
+"""Ways to choose interstation pairs."""
+_ROUNDS = 30
+_SETTLED = 1e-7
+"""Relative change of the noise levels at which noise and answer agree with each other."""
+
+
+def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Calibration:
+    """Compute where the camera sits, and how sure that is.
+
+    Args:
+        stations: Robot and target poses; stations without a target pose are left out.
+        method: A row of the table of solvers.
+        pairs: `star` for the paper's star drawing or `all`; used by the closed forms.
+
+    Raises:
+        UsageError: Unknown method or pairs.
+        UndeterminedError: Fewer than three stations, rotations about one axis only, or stations
+            that contradict each other.
+        ConvergenceError: The estimation did not settle.
+    """
+    chain = chain_of(stations)
+    chosen = choose_pairs(pairs, len(chain.A))
+    spread = check_motions(chain, chosen, stations.setup)
+    problem, solution, model = estimate(chain, chosen, stations.noise, method)
+    influence = solvers.load(method).influence(problem, solution)
+    covariance = solution_covariance(influence, model.covariance)
+    residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
+    error = predicted_error(influence, model, paper_prediction(chain, chosen, model.covariance))
+    check_answer(error, residuals, spread, stations.setup)
+    return Calibration(
+        setup=stations.setup,
+        method=method,
+        mount_T_camera=UncertainPose(solution.X, covariance[:6, :6]),
+        reference_T_target=UncertainPose(solution.Z, covariance[6:, 6:]),
+        predicted_error=error,
+        noise=model.noise,
+        noise_estimated=len(model.shapes) > 0,
+        stations=_residual_table(stations, chain, residuals),
+        pairs=tuple((int(chain.index[i]), int(chain.index[j])) for i, j in chosen),
+        diagnosis=stations.findings,
+        camera=stations.camera,
+        provenance=stations.provenance,
+    )
+
+
+def choose_pairs(name: str, count: int) -> IntArray:
+    """Return the (m, 2) interstation pairs of `count` stations.
+
+    Raises:
+        UsageError: There is no such way to choose them.
+    """
+    if name not in PAIRS:
+        raise UsageError(f"expected --pairs {' or '.join(PAIRS)}, found {name!r}")
+    return PAIRS[name](count)
+
+
+def estimate(
+    chain: Chain, pairs: IntArray, given: Noise | None, method: str
+) -> tuple[Problem, Solution, NoiseModel]:
+    """Solve and estimate the noise in turns until both agree.
+
+    A closed form does not depend on the noise and settles at once.
+
+    Raises:
+        UsageError: Unknown method.
+        ConvergenceError: The solver, the noise, or both together did not settle.
+    """
+    solver, start = solvers.load(method), solvers.load("tsai-lenz")
+    covariance = np.broadcast_to(np.eye(12), (len(chain.A), 12, 12))
+    solution = start.solve(Problem(chain.A, chain.B, pairs, covariance))
+    model = noise_model(chain, given, solution)
+    for _ in range(_ROUNDS):
+        problem = Problem(chain.A, chain.B, pairs, model.covariance)
+        solution = solver.solve(problem)
+        if not solution.converged:
+            raise ConvergenceError(
+                f"the {method} estimation did not converge on {len(chain.A)} stations",
+                hint="try --method tsai-lenz, and look at the residuals of the stations",
+            )
+        previous, model = model, noise_model(chain, given, solution)
+        change = np.abs(model.covariance - previous.covariance).max()
+        if change <= _SETTLED * np.abs(model.covariance).max():
+            return problem, solution, model
+    raise ConvergenceError(
+        f"the noise levels did not settle in {_ROUNDS} rounds on {len(chain.A)} stations",
+        hint="give them under 'noise' in the document",
+    )
+
+
+def _residual_table(
+    stations: Stations, chain: Chain, residuals: FloatArray
+) -> tuple[StationResidual, ...]:
+    rotation = np.linalg.norm(residuals[:, 3:], axis=1)
+    translation = np.linalg.norm(residuals[:, :3], axis=1)
+    rows = {int(index): row for row, index in enumerate(chain.index)}
+    return tuple(
+        StationResidual(station.name, True, float(rotation[rows[i]]), float(translation[rows[i]]))
+        if i in rows
+        else StationResidual(station.name, False, reason=station.reason)
+        for i, station in enumerate(stations.stations)
+    )
