@@ -103,11 +103,7 @@ def _stations(
     out = [_without_pose(station) for station in stations]
     for row, index in enumerate(views.index):
         if not fit.good[row]:
-            reason = (
-                f"reprojection error {fit.rms[row]:.2f} px where the stations' median is "
-                f"{np.median(fit.rms):.2f} px"
-            )
-            out[index] = replace(out[index], camera_T_target=None, reason=reason)
+            out[index] = replace(out[index], camera_T_target=None, reason=_complaint(fit, row))
             continue
         covariance = sigma**2 * np.linalg.inv(information[row])
         covariance = (covariance + covariance.T) / 2
@@ -117,6 +113,15 @@ def _stations(
             reason=None,
         )
     return tuple(out)
+
+
+def _complaint(fit: _Fit, row: int) -> str:
+    if not np.isfinite(fit.rms[row]):
+        return "no pose in front of the camera explains the points that were found"
+    return (
+        f"reprojection error {fit.rms[row]:.2f} px where the stations' median is "
+        f"{np.median(fit.rms):.2f} px"
+    )
 
 
 def _without_pose(station: Station) -> Station:

@@ -102,12 +102,6 @@ def _first_guess(features: Features, views: Views) -> Camera:
 
 
 def _camera(guess: Camera, result: bundle.BundleResult, views: Views) -> tuple[Camera, Finding]:
-    if not result.converged:
-        raise ConvergenceError(
-            f"the calibration of the intrinsics did not converge from a focal length of "
-            f"{guess.fx:.0f} px",
-            hint="give better intrinsics under 'camera', or leave out views that went wrong",
-        )
     freedom = views.degrees_of_freedom(result.parameters.size)
     variance = result.squares / freedom
     values, vectors = np.linalg.eigh(result.information)
@@ -119,6 +113,12 @@ def _camera(guess: Camera, result: bundle.BundleResult, views: Views) -> tuple[C
             f"the images do not determine the focal length: {result.parameters[0]:.0f} px "
             f"+- {100 * relative:.0f} %",
             hint="record views tilted by 20 to 45 degrees, or give the intrinsics",
+        )
+    if not result.converged:
+        raise ConvergenceError(
+            f"the calibration of the intrinsics did not converge from a focal length of "
+            f"{guess.fx:.0f} px",
+            hint="give better intrinsics under 'camera', or leave out views that went wrong",
         )
     fx, fy, cx, cy, *distortion = (float(value) for value in result.parameters)
     camera = replace(

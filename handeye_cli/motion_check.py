@@ -11,14 +11,18 @@ import numpy as np
 from handeye_cli.chain import Chain
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
+from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.observability import MotionSpread, motion_spread, nearest_axis
 from handeye_cli.records import FloatArray, IntArray, PredictedError
+from handeye_cli.solvers.problem import Solution
 from handeye_cli.solvers.tsai_lenz import interstation_motions
 
 _SIGNIFICANCE = 4.0
 """A rotation has to exceed the noise by this factor to count."""
 _CONTRADICTION = 0.1
 """Rotations of robot and camera that differ by more than this (radians) are not the same motion."""
+_HIDDEN = 3.0
+"""Axes spread by less than this factor times the noise of a rotation are not told apart."""
 _LARGEST_SIGMA = 0.35
 """A rotation less certain than this (radians) is not determined."""
 
@@ -70,33 +74,49 @@ def _axis_text(axis: FloatArray, frame: str) -> str:
     return f"({x:.2f}, {y:.2f}, {z:.2f}) in the {frame} frame{name}"
 
 
-def check_answer(
-    error: PredictedError, residuals: FloatArray, spread: MotionSpread, setup: Setup
+def check_agreement(chain: Chain, solution: Solution) -> None:
+    """Check that the stations agree on a rough solution.
+
+    Raises:
+        UndeterminedError: They see the target turned against each other by more than any noise.
+    """
+    residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
+    typical = float(np.median(np.linalg.norm(residuals[:, 3:], axis=1)))
+    if typical > _CONTRADICTION:
+        raise UndeterminedError(
+            f"expected all stations to see the target in one place, found it turned by "
+            f"{np.degrees(typical):.1f} deg in the median",
+            hint="check --robot-poses (gripper-in-base or base-in-gripper), --quaternion-order and "
+            "--setup",
+        )
+
+
+def check_certainty(
+    error: PredictedError, covariance: FloatArray, spread: MotionSpread, setup: Setup
 ) -> None:
-    """Check that the answer means something: it is determined, and the stations agree on it.
+    """Check that the predicted error leaves something of the answer.
+
+    A spread of axes that is mere noise is fitted as if it were motion, and then makes the predicted
+    error too small; so the spread has to exceed the noise of an interstation rotation as well.
 
     Args:
         error: The predicted error of the answer.
-        residuals: (N, 6) residuals of the loop.
+        covariance: (N, 12, 12) of the stations' poses.
         spread: What `check_motions` measured.
         setup: Names the frame of the mount.
 
     Raises:
-        UndeterminedError: The stations contradict each other, or the noise hides an axis.
+        UndeterminedError: The noise hides an axis.
     """
-    typical = float(np.median(np.linalg.norm(residuals[:, 3:], axis=1)))
-    if typical > _CONTRADICTION:
+    variance = np.einsum("nii->ni", covariance)[:, [3, 4, 5, 9, 10, 11]]
+    motion_noise = float(np.sqrt(2.0 * np.mean(np.sum(variance, axis=1)) / 3.0))
+    hidden = spread.second_axis <= _HIDDEN * motion_noise
+    if hidden or error.rotation > _LARGEST_SIGMA:
         raise UndeterminedError(
-            f"expected all stations to see the target at one place, found them "
-            f"{np.degrees(typical):.1f} deg apart in the median",
-            hint="check --robot-poses (gripper-in-base or base-in-gripper), --quaternion-order and "
-            "--setup",
-        )
-    if error.rotation > _LARGEST_SIGMA:
-        raise UndeterminedError(
-            f"the rotation of {setup.answer} is not determined: its predicted error is "
-            f"{np.degrees(error.rotation):.0f} deg, because across the main axis "
-            f"{_axis_text(spread.main_axis, setup.mount)} the stations turn little more than the "
-            "noise",
+            f"the rotation of {setup.answer} is not determined: across the main axis "
+            f"{_axis_text(spread.main_axis, setup.mount)} the stations turn by "
+            f"{np.degrees(spread.second_axis):.2g} deg only, at a noise of "
+            f"{np.degrees(motion_noise):.2g} deg, which leaves a predicted error of "
+            f"{np.degrees(error.rotation):.2g} deg",
             hint="add stations turned about another axis, by 20 deg or more",
         )

@@ -42,7 +42,9 @@ class NoiseModel:
     converged: bool = True
 
 
-def noise_model(chain: Chain, given: Noise | None, solution: Solution) -> NoiseModel:
+def noise_model(
+    chain: Chain, given: Noise | None, solution: Solution, start: Noise | None = None
+) -> NoiseModel:
     """Return the noise of the stations' poses.
 
     Args:
@@ -50,6 +52,7 @@ def noise_model(chain: Chain, given: Noise | None, solution: Solution) -> NoiseM
         given: Levels that are taken as given; those of the robot are estimated otherwise, and those
             of the camera where the robot's are given and the stations have no covariances.
         solution: A solution to take the residuals at.
+        start: Levels to start the estimation from; the size of the residuals when not given.
     """
     given = given or Noise()
     levels = {name: getattr(given, name) for name in (*_ROBOT, *_CAMERA)}
@@ -65,7 +68,14 @@ def noise_model(chain: Chain, given: Noise | None, solution: Solution) -> NoiseM
     if not free:
         nothing = np.zeros((0, *known.shape))
         return NoiseModel(_summary(given, chain, known), known, nothing, np.zeros((0, 0)))
-    return _estimated(chain, given, solution, known, free)
+    begin = _size_of_residuals(chain, solution) if start is None else start
+    return _estimated(chain, given, solution, known, {name: getattr(begin, name) for name in free})
+
+
+def _size_of_residuals(chain: Chain, solution: Solution) -> Noise:
+    residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
+    translation, rotation = np.sqrt(np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1))
+    return Noise(*2 * (float(rotation), float(translation)))
 
 
 def _shape(chain: Chain, name: str) -> FloatArray:
@@ -81,25 +91,21 @@ def _shape(chain: Chain, name: str) -> FloatArray:
 
 
 def _estimated(
-    chain: Chain, given: Noise, solution: Solution, known: FloatArray, free: list[str]
+    chain: Chain, given: Noise, solution: Solution, known: FloatArray, free: dict[str, float]
 ) -> NoiseModel:
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
     by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
     by_poses_t = np.swapaxes(by_poses, -1, -2)
     shapes = np.array([_shape(chain, name) for name in free])
-    spread = {
-        "rotation": float(np.mean(np.sum(loop.residuals[:, 3:] ** 2, axis=1))),
-        "translation": float(np.mean(np.sum(loop.residuals[:, :3] ** 2, axis=1))),
-    }
     found = variance.estimate(
         residuals=loop.residuals,
         design=loop.by_unknowns,
         known=by_poses @ known @ by_poses_t,
         shapes=by_poses @ shapes @ by_poses_t,
-        start=np.array([spread[name.split("_")[1]] for name in free]),
+        start=np.array(list(free.values())) ** 2,
         floor=np.full(len(free), _FLOOR**2),
     )
-    covariance = known + np.einsum("k,knij->nij", found.variances, shapes)
+    covariance = known + np.tensordot(found.variances, shapes, axes=1)
     levels = dict(zip(free, np.sqrt(found.variances).tolist(), strict=True))
     noise = _summary(replace(given, **levels), chain, covariance)
     return NoiseModel(noise, covariance, shapes, found.information, found.converged)

@@ -75,10 +75,9 @@ def paper_prediction(
     Returns:
         The prediction, or None where a factor of the formulas vanishes.
     """
-    motions = interstation_motions(chain.A, chain.B, pairs)
-    separation = chain.A[pairs[:, 0], :3, 3] - chain.A[pairs[:, 1], :3, 3]
-    factors = error_formulas.critical_factors(chain.A, chain.B, *motions, separation)
-    if not (factors.angle > 0 and factors.sine > 0 and np.isfinite(factors.condition)):
+    _, motion_c = interstation_motions(chain.A, chain.B, pairs)
+    factors = error_formulas.critical_factors(chain.A, chain.B, motion_c, pairs)
+    if not (factors.angle > 0 and factors.sine > 0):
         return None
     traces = np.einsum("nii->ni", covariance).mean(axis=0).reshape(4, 3).sum(axis=1)
     translation_g, rotation_g, translation_c, rotation_c = np.sqrt(traces).tolist()

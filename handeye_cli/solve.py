@@ -9,7 +9,7 @@ from handeye_cli.chain import Chain, chain_of
 from handeye_cli.errors import ConvergenceError, UsageError
 from handeye_cli.geometry import star
 from handeye_cli.geometry.loop import loop_jacobians
-from handeye_cli.motion_check import check_answer, check_motions
+from handeye_cli.motion_check import check_agreement, check_certainty, check_motions
 from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.predict import paper_prediction, predicted_error, solution_covariance
 from handeye_cli.records import (
@@ -52,7 +52,7 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
     covariance = solution_covariance(influence, model.covariance)
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
     error = predicted_error(influence, model, paper_prediction(chain, chosen, model.covariance))
-    check_answer(error, residuals, spread, stations.setup)
+    check_certainty(error, model.covariance, spread, stations.setup)
     return Calibration(
         setup=stations.setup,
         method=method,
@@ -89,11 +89,13 @@ def estimate(
 
     Raises:
         UsageError: Unknown method.
+        UndeterminedError: The stations contradict each other.
         ConvergenceError: The solver, the noise, or both together did not settle.
     """
     solver, start = solvers.load(method), solvers.load("tsai-lenz")
     covariance = np.broadcast_to(np.eye(12), (len(chain.A), 12, 12))
     solution = start.solve(Problem(chain.A, chain.B, pairs, covariance))
+    check_agreement(chain, solution)
     model = noise_model(chain, given, solution)
     for _ in range(_ROUNDS):
         problem = Problem(chain.A, chain.B, pairs, model.covariance)
@@ -103,7 +105,7 @@ def estimate(
                 f"the {method} estimation did not converge on {len(chain.A)} stations",
                 hint="try --method tsai-lenz, and look at the residuals of the stations",
             )
-        previous, model = model, noise_model(chain, given, solution)
+        previous, model = model, noise_model(chain, given, solution, model.noise)
         change = np.abs(model.covariance - previous.covariance).max()
         if change <= _SETTLED * np.abs(model.covariance).max():
             return problem, solution, model

@@ -45,14 +45,13 @@ class PoseCandidates:
     """Both planar poses of each view.
 
     Attributes:
-        poses: (N, 2, 4, 4) camera_T_target, the better one first.
+        poses: (N, 2, 4, 4) camera_T_target, the better one first; the identity where no pose puts
+            the target in front of the camera.
         penalties: (N, 2) chi-square above the better one; infinite where there is no second pose.
-        squares: (N,) sum of squared pixel residuals of the better one.
     """
 
     poses: FloatArray
     penalties: FloatArray
-    squares: FloatArray
 
 
 def views_of(stations: Sequence[Station], points: FloatArray) -> Views:
@@ -87,10 +86,11 @@ def pose_candidates(views: Views, camera: Camera) -> PoseCandidates:
     one bad view does not make the others' evidence look weak.
     """
     found = pnp.planar_poses(views.seen, camera.lens)
+    possible = np.isfinite(found.squares[:, 0])
     freedom = np.maximum(2 * views.seen.mask.sum(axis=1) - 6, 1)
     variance = max(float(np.median(found.squares[:, 0] / freedom)), 1e-12)
-    second = np.where(
-        found.distinct, (found.squares[:, 1] - found.squares[:, 0]) / variance, np.inf
-    )
-    penalties = np.stack([np.zeros(len(second)), second], axis=1)
-    return PoseCandidates(found.poses, penalties, found.squares[:, 0])
+    two = found.distinct & possible
+    extra = np.subtract(found.squares[:, 1], found.squares[:, 0], where=two, out=np.zeros(len(two)))
+    penalties = np.stack([np.zeros(len(two)), np.where(two, extra / variance, np.inf)], axis=1)
+    poses = np.where(possible[:, None, None, None], found.poses, np.eye(4))
+    return PoseCandidates(poses, penalties)

@@ -16,6 +16,7 @@ from handeye_cli.geometry import rotations
 from handeye_cli.geometry.statistics import MAX_OVER_RMS
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class CriticalFactors:
         axes: (3,) singular values of the stacked axes P of eq. (9).
         camera_distance: RMS |T_c|, metres.
         robot_distance: RMS |T_gi - T_gj| over the pairs, metres.
-        condition: Condition number of the stacked R_gij - I.
+        condition: Condition number of the A of eq. (31): two motions of one angle, stacked.
     """
 
     stations: int
@@ -59,33 +60,39 @@ class CriticalFactors:
 
 
 def critical_factors(
-    A: FloatArray, B: FloatArray, motion_g: FloatArray, motion_c: FloatArray, separation: FloatArray
+    A: FloatArray, B: FloatArray, motion_c: FloatArray, pairs: IntArray
 ) -> CriticalFactors:
     """Measure the critical factors of a set of stations.
 
     Args:
         A: (N, 4, 4) robot poses H_gi.
         B: (N, 4, 4) camera extrinsics H_ci.
-        motion_g: (m, 4, 4) H_gij of the pairs.
         motion_c: (m, 4, 4) H_cij of the pairs.
-        separation: (m, 3) T_gi - T_gj.
+        pairs: (m, 2) the interstation pairs.
     """
     P = rotations.principal_axis(motion_c[:, :3, :3])
     length = np.linalg.norm(P, axis=1, keepdims=True)
     unit = P / np.where(length > 0, length, 1.0)
-    cross = np.cross(unit[:, None], unit[None])
-    different = ~np.eye(len(P), dtype=bool)
-    rows = (motion_g[:, :3, :3] - np.eye(3)).reshape(-1, 3)
-    sizes = np.linalg.svd(rows, compute_uv=False)
+    count = len(P)
+    scatter = unit.T @ unit
+    sine_square = (count**2 - np.sum(scatter**2)) / (count * (count - 1))  # mean of 1 - cos^2
+    sine = float(np.sqrt(max(sine_square, 0.0)))
+    separation = A[pairs[:, 0], :3, 3] - A[pairs[:, 1], :3, 3]
     return CriticalFactors(
         stations=len(A),
         angle=_rms(rotations.angle(motion_c[:, :3, :3])),
-        sine=float(np.sqrt(np.mean(np.sum(cross**2, axis=-1)[different]))),
+        sine=sine,
         axes=np.asarray(np.linalg.svd(P, compute_uv=False)),
         camera_distance=_rms(np.linalg.norm(B[:, :3, 3], axis=1)),
         robot_distance=_rms(np.linalg.norm(separation, axis=1)),
-        condition=float(sizes[0] / sizes[-1]),
+        condition=_condition(sine),
     )
+
+
+def _condition(sine: float) -> float:
+    """Return it from the axes: the singular values go with sqrt(2) and sqrt(1 +- |cos|)."""
+    cosine = np.sqrt(max(1.0 - sine**2, 0.0))
+    return float(np.sqrt(2.0 / max(1.0 - cosine, np.finfo(float).tiny)))
 
 
 def _rms(values: FloatArray) -> float:

@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 
 MAX_OVER_RMS = 2.3285
 """99.9 % quantile of |v| over its RMS for an isotropic 3-vector: the largest of a thousand."""
-_NODES = 4000
+_NODES = 1000
 _KNOWN = 1e4
 """With more degrees of freedom than this a scale counts as known."""
 
@@ -37,7 +37,7 @@ def radius(covariance: FloatArray, probability: float, freedom: float = math.inf
     low, high = 0.0, 4.0
     while _exceeds(weights, high, freedom) > 1.0 - probability:
         low, high = high, 2.0 * high
-    for _ in range(40):
+    for _ in range(30):
         middle = 0.5 * (low + high)
         if _exceeds(weights, middle, freedom) > 1.0 - probability:
             low = middle

@@ -54,9 +54,7 @@ def estimate(
         floor: (K,) smallest variances considered, positive.
     """
     variances = np.maximum(start, floor)
-    value = -np.inf
     damping, converged = 1e-3, False
-    score, information = np.zeros(len(start)), np.eye(len(start))
     likelihood, score, information = _likelihood(residuals, design, known, shapes, variances)
     for _ in range(_MAX_STEPS):
         value = likelihood
@@ -90,30 +88,26 @@ def _likelihood(
     variances: FloatArray,
 ) -> tuple[float, FloatArray, FloatArray]:
     """Return the restricted log-likelihood, its score and its expected information, in O(N)."""
-    covariance = known + np.einsum("k,knij->nij", variances, shapes)
+    covariance = known + np.tensordot(variances, shapes, axes=1)
     weight = np.linalg.inv(covariance)
     WJ = weight @ design
     M = np.einsum("nij,nik->jk", design, WJ)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
-    M_inverse = np.linalg.pinv(M * scale[:, None] * scale, hermitian=True) * scale[:, None] * scale
+    unit = M * scale[:, None] * scale
+    M_inverse = np.linalg.pinv(unit, hermitian=True) * scale[:, None] * scale
     fitted = M_inverse @ np.einsum("nij,ni->j", WJ, residuals)
-    left = residuals - design @ fitted
-    Pe = np.einsum("nij,nj->ni", weight, left)
-    WV = np.einsum("nij,knjl->knil", weight, shapes)
-    G = np.einsum("nia,knij,njb->kab", WJ, shapes, WJ)
-    MG = M_inverse @ G
+    Pe = (weight @ (residuals - design @ fitted)[..., None])[..., 0]
+    WV, VWJ = weight @ shapes, shapes @ WJ
+    WVWJ = weight @ VWJ
+    MG = M_inverse @ np.einsum("nia,knib->kab", WJ, VWJ)
     trace = np.einsum("knii->k", WV) - np.einsum("kaa->k", MG)
-    quadratic = np.einsum("ni,knij,nj->k", Pe, shapes, Pe)
-    VWJ = np.einsum("knij,nja->knia", shapes, WJ)
-    mixed = np.einsum("knia,nij,lnjb->klab", VWJ, weight, VWJ)
-    information = 0.5 * (
-        np.einsum("knij,lnji->kl", WV, WV)
-        - 2.0 * np.einsum("klab,ba->kl", mixed, M_inverse)
-        + np.einsum("kab,lba->kl", MG, MG)
-    )
-    _, log_det = np.linalg.slogdet(covariance)
-    eigenvalues = np.linalg.eigvalsh(M * scale[:, None] * scale)
+    quadratic = np.einsum("ni,kni->k", Pe, (shapes @ Pe[..., None])[..., 0])
+    mixed = np.tensordot(VWJ @ M_inverse, WVWJ, axes=([1, 2, 3], [1, 2, 3]))
+    crossed = np.einsum("knij,lnji->kl", WV, WV) + np.einsum("kab,lba->kl", MG, MG)
+    information = 0.5 * crossed - mixed
+    eigenvalues = np.linalg.eigvalsh(unit)
     solid = eigenvalues > eigenvalues[-1] * 1e-15
-    log_det_M = np.sum(np.log(eigenvalues[solid])) - 2.0 * np.sum(np.log(scale))
-    value = -0.5 * (np.sum(log_det) + log_det_M + float(np.sum(residuals * Pe)))
+    log_det = np.sum(np.linalg.slogdet(covariance)[1]) - 2.0 * np.sum(np.log(scale))
+    log_det += np.sum(np.log(eigenvalues[solid]))
+    value = -0.5 * (log_det + float(np.sum(residuals * Pe)))
     return float(value), 0.5 * (quadratic - trace), information

@@ -1,0 +1,94 @@
+"""Calibration documents: where the camera sits on its mount, and how sure that is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from handeye_cli.documents import parts
+from handeye_cli.documents.context import Context
+from handeye_cli.documents.poses import data_from_pose, pose_from_data
+from handeye_cli.documents.schema import header
+from handeye_cli.documents.station_parts import station_names
+from handeye_cli.errors import InputError
+from handeye_cli.records import Calibration, Noise, StationResidual, UncertainPose
+
+
+def record_from_data(data: dict[str, Any], context: Context) -> Calibration:
+    """Return the calibration of a document.
+
+    Raises:
+        InputError: Its poses are not those of its setup or are none, a name comes twice, or a
+            pair is not one of its stations.
+    """
+    setup = context.setup
+    return Calibration(
+        setup=setup,
+        method=data["method"],
+        mount_T_camera=_pose(data, setup.answer, context),
+        reference_T_target=_pose(data, setup.constant, context),
+        predicted_error=parts.predicted_error_from_data(data["predicted_error"]),
+        noise=parts.noise_from_data(data["noise"]) or Noise(),
+        noise_estimated=data.get("noise_estimated", True),
+        stations=_residuals(data["stations"], context),
+        pairs=parts.pairs_from_data(data.get("pairs", []), len(data["stations"]), context.place),
+        diagnosis=parts.findings_from_data(data.get("diagnosis", [])),
+        camera=parts.camera_from_data(data.get("camera"), context.place),
+        provenance=parts.provenance_from_data(data.get("provenance", [])),
+    )
+
+
+def data_from_record(record: Calibration) -> dict[str, Any]:
+    """Return the document of a calibration."""
+    return parts.without_unknown(
+        {
+            "schema": header("calibration"),
+            "setup": str(record.setup),
+            "method": record.method,
+            record.setup.answer: data_from_pose(record.mount_T_camera),
+            record.setup.constant: data_from_pose(record.reference_T_target),
+            "predicted_error": parts.data_from_predicted_error(record.predicted_error),
+            "noise": parts.data_from_noise(record.noise),
+            "noise_estimated": record.noise_estimated,
+            "stations": [_entry(station) for station in record.stations],
+            "pairs": parts.data_from_pairs(record.pairs),
+            "diagnosis": parts.data_from_findings(record.diagnosis),
+            "camera": parts.data_from_camera(record.camera),
+            "provenance": parts.data_from_provenance(record.provenance),
+        }
+    )
+
+
+def _pose(data: dict[str, Any], key: str, context: Context) -> UncertainPose:
+    if key not in data:
+        found = ", ".join(name for name in data if "_T_" in name)
+        raise InputError(
+            f"expected the key {key!r} of an {context.setup} calibration, found {found}",
+            where=str(context.place),
+        )
+    return pose_from_data(data[key], context.poses, context.place.key(key))
+
+
+def _residuals(entries: list[dict[str, Any]], context: Context) -> tuple[StationResidual, ...]:
+    names = station_names(entries, context.place.key("stations"))
+    return tuple(
+        StationResidual(
+            name=name,
+            used=entry["used"],
+            rotation=parts.optional_from_milli(entry, "rotation_residual_mrad"),
+            translation=parts.optional_from_milli(entry, "translation_residual_mm"),
+            reason=entry.get("reason"),
+        )
+        for name, entry in zip(names, entries, strict=True)
+    )
+
+
+def _entry(station: StationResidual) -> dict[str, Any]:
+    return parts.without_unknown(
+        {
+            "name": station.name,
+            "used": station.used,
+            "rotation_residual_mrad": parts.optional_milli(station.rotation),
+            "translation_residual_mm": parts.optional_milli(station.translation),
+            "reason": station.reason,
+        }
+    )

@@ -1,0 +1,248 @@
+"""From whatever record there is to the stage that is wanted, running what is missing.
+
+A stage takes the recording or any record up to its own input. A later one is refused: nothing leads
+back from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from handeye_cli.conventions import MM, MRAD, Setup
+from handeye_cli.errors import InputError, QualityGateError, UsageError
+from handeye_cli.records import (
+    Calibration,
+    Features,
+    FloatArray,
+    Plan,
+    Recording,
+    Stations,
+    TargetSpec,
+    Verification,
+    VerificationRow,
+)
+
+# The stages are imported where they are run: what needs no images does not wait for OpenCV.
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How the steps before the wanted one are run.
+
+    Attributes:
+        workers: Processes that look at images, or None for one per processor.
+        progress: Told (done, all) after each image, or None.
+        calibrate_intrinsics: Whether the intrinsics are estimated from the same images.
+    """
+
+    workers: int | None = None
+    progress: Callable[[int, int], None] | None = None
+    calibrate_intrinsics: bool = False
+
+
+def expect(record: Any, *kinds: type) -> None:
+    """Check that a record is of one of these kinds.
+
+    Raises:
+        InputError: It is of another stage.
+    """
+    if isinstance(record, kinds):
+        return
+    *most, last = (each.__name__.lower() for each in kinds)
+    expected = f"{', '.join(most)} or {last}" if most else last
+    raise InputError(
+        f"expected a {expected} document, found a {type(record).__name__.lower()} document",
+        hint="give the recording itself or the document of an earlier stage",
+    )
+
+
+def to_features(record: Any, steps: Steps) -> Features:
+    """Return the target points in the images of a recording, or the features themselves.
+
+    Raises:
+        InputError: The record is of a later stage.
+    """
+    if isinstance(record, Features):
+        return record
+    expect(record, Recording, Features)
+    from handeye_cli.extract import extract
+
+    return extract(record, workers=steps.workers, progress=steps.progress)
+
+
+def to_stations(record: Any, steps: Steps) -> Stations:
+    """Return the target's pose at every station, or the stations themselves.
+
+    Raises:
+        InputError: The record is of a later stage.
+        UsageError: Intrinsics are asked for, but the target's poses are already there.
+    """
+    if isinstance(record, Stations):
+        _refuse_intrinsics(steps)
+        return record
+    expect(record, Recording, Features, Stations)
+    from handeye_cli.extrinsics import extrinsics
+
+    features = to_features(record, steps)
+    return extrinsics(features, calibrate_intrinsics=steps.calibrate_intrinsics)
+
+
+def to_calibration(record: Any, steps: Steps, *, method: str, pairs: str) -> Calibration:
+    """Return where the camera sits, from any record up to the stations.
+
+    Raises:
+        InputError: The record is of a later stage.
+        UsageError: The method or the pairs are unknown.
+    """
+    from handeye_cli.solve import solve
+
+    return solve(to_stations(record, steps), method=method, pairs=pairs)
+
+
+def to_verification(
+    stations: Stations,
+    calibration: Calibration | None,
+    *,
+    counts: Sequence[int] | None,
+    method: str,
+    pairs: str,
+) -> Verification:
+    """Return held-out errors: of an existing calibration, or of the paper's protocol.
+
+    Args:
+        stations: Stations to verify on, and to calibrate on where there is no calibration.
+        calibration: An answer made from other stations, or None.
+        counts: Stations to calibrate on, for each row; half of them when None.
+        method: A row of the table of solvers.
+        pairs: `star` or `all`.
+
+    Raises:
+        UsageError: A count is out of range.
+        InputError: The calibration is for another setup.
+    """
+    from handeye_cli.verify import verify, verify_calibration
+
+    if calibration is not None:
+        return verify_calibration(stations, calibration)
+    return verify(stations, counts=counts, method=method, pairs=pairs)
+
+
+def to_plan(
+    count: int,
+    *,
+    distance: float,
+    tilt: float,
+    setup: Setup | None,
+    target: TargetSpec | None,
+    calibration: Calibration | None,
+    verification: int,
+) -> Plan:
+    """Return stations to visit around a target.
+
+    Args:
+        count: Stations to calibrate on.
+        distance: From the camera to the aim point, metres.
+        tilt: Of the camera's axis away from the target's normal, radians.
+        setup: Where the camera is fixed; the calibration's or eye-in-hand when None.
+        target: Its centre is the aim point; the target's origin when None.
+        calibration: A first answer, from which the robot's poses follow, or None.
+        verification: Stations to verify on.
+
+    Raises:
+        UsageError: A number is out of range, or the setup is not the calibration's.
+    """
+    from handeye_cli.plan import plan
+
+    if calibration is not None and setup not in (None, calibration.setup):
+        raise UsageError(f"--setup is {setup}, but the calibration is {calibration.setup}")
+    known = calibration.setup if calibration is not None else Setup.EYE_IN_HAND
+    return plan(
+        count,
+        distance=distance,
+        tilt=tilt,
+        setup=setup or known,
+        centre=None if target is None else _centre(target),
+        mount_T_camera=None if calibration is None else calibration.mount_T_camera.matrix,
+        reference_T_target=None if calibration is None else calibration.reference_T_target.matrix,
+        verification=verification,
+    )
+
+
+def _centre(target: TargetSpec) -> FloatArray:
+    from handeye_cli import targets
+
+    points = targets.build(target).points()
+    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
+
+
+def _refuse_intrinsics(steps: Steps) -> None:
+    if steps.calibrate_intrinsics:
+        raise UsageError(
+            "--calibrate-intrinsics cannot act on a stations document, whose poses of the target "
+            "rest on the intrinsics already",
+            hint="give the recording or its features document",
+        )
+
+
+def with_target(record: Any, target: TargetSpec) -> Any:
+    """Return the record with another target, as a flag that wins over the document.
+
+    Raises:
+        UsageError: What the record holds was found with its own target and would not change.
+    """
+    if isinstance(record, Recording):
+        return replace(record, target=target)
+    if isinstance(record, Features) and _layout(record.target) == _layout(target):
+        return replace(record, target=target)
+    raise UsageError(
+        f"--target cannot replace the target a {type(record).__name__.lower()} document was made "
+        "with; only its lengths can be corrected, and only before the poses are found",
+        hint="run again from the recording with this --target",
+    )
+
+
+def _layout(target: TargetSpec) -> tuple[str, dict[str, Any]]:
+    counts = {key: value for key, value in target.parameters.items() if not key.endswith("_mm")}
+    return target.type, counts
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What every row of a verification must keep.
+
+    Attributes:
+        rotation_mrad: Largest RMS rotation error, or None.
+        translation_mm: Largest RMS translation error, or None.
+        consistent: Whether a row that contradicts its prediction is refused.
+    """
+
+    rotation_mrad: float | None = None
+    translation_mm: float | None = None
+    consistent: bool = False
+
+
+def check_limits(verification: Verification, limits: Limits) -> None:
+    """Compare every row of a verification with the limits.
+
+    Raises:
+        QualityGateError: A row is above a limit, or contradicts its prediction.
+    """
+    broken = [text for row in verification.rows for text in _broken(row, limits)]
+    if broken:
+        raise QualityGateError("; ".join(broken))
+
+
+def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
+    where = f"calibrated on {row.stations} stations"
+    for name, value, limit, unit in (
+        ("rotation", row.rotation / MRAD, limits.rotation_mrad, "mrad"),
+        ("translation", row.translation / MM, limits.translation_mm, "mm"),
+    ):
+        if limit is not None and value > limit:
+            yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
+    if limits.consistent and row.consistent is False:
+        yield f"{where}: the errors contradict the prediction"

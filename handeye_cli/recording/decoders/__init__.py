@@ -1,0 +1,1 @@
+"""One module for each message schema: `decode` takes a generically decoded message apart."""

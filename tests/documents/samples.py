@@ -1,0 +1,209 @@
+"""Records of every kind with awkward values, and how to tell whether two records are the same."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handeye_cli.conventions import Setup
+from handeye_cli.geometry import rotations, se3
+from handeye_cli.images import ImageFile
+from handeye_cli.records import (
+    Calibration,
+    Camera,
+    Features,
+    Finding,
+    Noise,
+    Observation,
+    PaperPrediction,
+    Plan,
+    PlannedStation,
+    PredictedError,
+    ProvenanceStep,
+    RecordedStation,
+    Recording,
+    Station,
+    StationError,
+    StationResidual,
+    Stations,
+    TargetSpec,
+    UncertainPose,
+    Verification,
+    VerificationRow,
+)
+
+
+def pose(rng: np.random.Generator) -> np.ndarray:
+    return se3.from_parts(rotations.exp(rng.normal(size=3)), rng.normal(size=3))
+
+
+def covariance(rng: np.random.Generator, size: int = 6) -> np.ndarray:
+    factor = 1e-3 * rng.normal(size=(size, size))
+    product = factor @ factor.T
+    return 0.5 * (product + product.T)
+
+
+def uncertain(rng: np.random.Generator) -> UncertainPose:
+    return UncertainPose(pose(rng), covariance(rng))
+
+
+def camera(rng: np.random.Generator) -> Camera:
+    return Camera(
+        640,
+        480,
+        550.1,
+        551.3,
+        1 / 3,
+        240.0,
+        (0.1, -2e-7, 0.0),
+        "rational_polynomial",
+        covariance(rng, 7),
+    )
+
+
+TARGET = TargetSpec(
+    "disc-grid", {"rows": 6, "columns": 6, "spacing_mm": 25.4, "diameter_mm": 0.1 + 0.2, "on": True}
+)
+FINDINGS = (
+    Finding("one-bad-station", "warning", "station 03: 12 mrad off, \u00b0 and: #", "leave it out"),
+    Finding("few-stations", "info", "only 3"),
+)
+PROVENANCE = (
+    ProvenanceStep(
+        "extrinsics",
+        "0.1.0",
+        (("no.mcap", "0a" * 32), ("-", "ff" * 32)),
+        {"seed": 2, "tilt_mrad": 0.1, "method": "no", "flags": ["a", None, True], "empty": {}},
+    ),
+)
+NOISE = Noise(0.0015, 7.62e-5, 1 / 3000, 1e-4, 0.02)
+PREDICTION = PredictedError(
+    0.00081, 0.00019, 2**0.5 / 1000, 1e-300, PaperPrediction(1e-3, 0.0, 5e-324, 123.456)
+)
+LINE = {"noise": NOISE, "findings": FINDINGS, "provenance": PROVENANCE}
+
+
+def recording(rng: np.random.Generator, folder: Path) -> Recording:
+    images = [
+        ImageFile((folder / f"images/{k}.png").resolve(), f"images/{k}.png") for k in range(3)
+    ]
+    stations = tuple(RecordedStation(f"0{k}", pose(rng), image) for k, image in enumerate(images))
+    return Recording(Setup.EYE_TO_HAND, stations, TARGET, **(LINE | {"camera": camera(rng)}))
+
+
+def features(rng: np.random.Generator) -> Features:
+    seen = Observation(np.arange(4), 640.0 * rng.random((4, 2)), 0.02)
+    stations = (
+        Station("no", pose(rng), seen),
+        Station("1e5", pose(rng), Observation(np.array([7]), rng.random((1, 2)))),
+        Station("02", pose(rng), reason="31 of 36 discs: the plate leaves the image on the left"),
+        Station("a: b", pose(rng), Observation(np.arange(0), np.empty((0, 2))), reason="too few"),
+    )
+    line = LINE | {"camera": camera(rng), "image_size": (640, 480)}
+    return Features(Setup.EYE_IN_HAND, stations, TARGET, **line)
+
+
+def stations(rng: np.random.Generator) -> Stations:
+    entries = [
+        Station(
+            name=f"{k:02d}",
+            base_T_gripper=pose(rng),
+            observation=Observation(np.arange(5), 640.0 * rng.random((5, 2)), 0.05),
+            camera_T_target=uncertain(rng),
+        )
+        for k in range(3)
+    ]
+    entries += [Station("x", pose(rng), camera_T_target=UncertainPose(pose(rng)))]
+    entries += [Station("y", pose(rng), reason="not found")]
+    line = LINE | {"camera": camera(rng), "target": TARGET}
+    return Stations(Setup.EYE_IN_HAND, tuple(entries), **line)
+
+
+def calibration(rng: np.random.Generator, setup: Setup = Setup.EYE_IN_HAND) -> Calibration:
+    residuals = (
+        StationResidual("00", True, 1e-3 * rng.random(), 1e-3 * rng.random()),
+        StationResidual("01", True, 0.0, 1e-9),
+        StationResidual("02", False, reason="the plate was not found"),
+    )
+    return Calibration(
+        setup=setup,
+        method="maximum-likelihood",
+        mount_T_camera=uncertain(rng),
+        reference_T_target=UncertainPose(pose(rng)),
+        predicted_error=PREDICTION,
+        noise=NOISE,
+        noise_estimated=False,
+        stations=residuals,
+        pairs=((0, 1), (1, 2)),
+        diagnosis=FINDINGS,
+        camera=camera(rng),
+        provenance=PROVENANCE,
+    )
+
+
+def verification(rng: np.random.Generator) -> Verification:
+    errors = tuple(StationError(f"0{k}", *(1e-3 * rng.random(2)).tolist()) for k in range(4))
+    rows = (
+        VerificationRow(4, 4.568e-3, 5.9e-4, 3e-3, 2e-4, True, errors),
+        VerificationRow(6, 3.304e-3, 4.8e-4, None, None, None, ()),
+    )
+    return Verification(Setup.EYE_IN_HAND, "tsai-lenz", rows, FINDINGS, PROVENANCE)
+
+
+def plan(rng: np.random.Generator) -> Plan:
+    visited = (
+        PlannedStation("00", pose(rng), pose(rng)),
+        PlannedStation("01", pose(rng), purpose="verify"),
+    )
+    return Plan(
+        Setup.EYE_TO_HAND, visited, ((0, 1),), PREDICTION, Noise(pixel=0.1), FINDINGS, PROVENANCE
+    )
+
+
+def records(rng: np.random.Generator, folder: Path) -> dict[str, Any]:
+    return {
+        "recording": recording(rng, folder),
+        "features": features(rng),
+        "stations": stations(rng),
+        "calibration": calibration(rng),
+        "calibration-eye-to-hand": calibration(rng, Setup.EYE_TO_HAND),
+        "verification": verification(rng),
+        "plan": plan(rng),
+    }
+
+
+def fields_at_default(value: Any, met: dict[str, bool] | None = None) -> list[str]:
+    """Fields that no record below `value` gives another value than its default."""
+    met = {} if met is None else met
+    if is_dataclass(value):
+        for field in fields(value):
+            name = f"{type(value).__name__}.{field.name}"
+            item = getattr(value, field.name)
+            met[name] = met.get(name, False) or item is not field.default
+            fields_at_default(item, met)
+    elif isinstance(value, tuple | dict):
+        for item in value.values() if isinstance(value, dict) else value:
+            fields_at_default(item, met)
+    return [name for name, used in met.items() if not used]
+
+
+def assert_same(found: Any, expected: Any, path: str = "record") -> None:
+    """Equal to the last bit, but for poses, whose rotations pass through a quaternion."""
+    assert type(found) is type(expected), path
+    if is_dataclass(expected):
+        for field in fields(expected):
+            name = field.name
+            assert_same(getattr(found, name), getattr(expected, name), f"{path}.{name}")
+    elif isinstance(expected, tuple):
+        assert len(found) == len(expected), path
+        for index, (one, other) in enumerate(zip(found, expected, strict=True)):
+            assert_same(one, other, f"{path}[{index}]")
+    elif isinstance(expected, np.ndarray):
+        assert found.dtype == expected.dtype, path
+        tolerance = 1e-15 if expected.shape == (4, 4) else 0.0
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance, err_msg=path)
+    else:
+        assert found == expected, path

@@ -1,0 +1,131 @@
+"""Every record through its document and back, and documents against an independent validator."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from decimal import Decimal
+
+import jsonschema
+import numpy as np
+import pytest
+import yaml
+from documents import samples
+from hypothesis import given
+from hypothesis import strategies as st
+from referencing import Registry, Resource
+
+from handeye_cli import documents
+from handeye_cli.conventions import MIL
+from handeye_cli.documents import schema
+from handeye_cli.documents.units import from_milli, to_milli, with_floats
+
+NAMES = [
+    "recording",
+    "features",
+    "stations",
+    "calibration",
+    "calibration-eye-to-hand",
+    "verification",
+    "plan",
+]
+
+
+@pytest.fixture
+def records(tmp_path):
+    return samples.records(np.random.default_rng(5), tmp_path)
+
+
+def test_the_samples_leave_no_field_of_a_record_out(records):
+    # else a new field could be lost on the way without a test that fails
+    assert samples.fields_at_default(records) == []
+
+
+@pytest.mark.parametrize("ending", ["yaml", "json"])
+@pytest.mark.parametrize("name", NAMES)
+def test_record_comes_back_as_it_was(records, tmp_path, name, ending):
+    path = str(tmp_path / f"document.{ending}")
+    documents.write(records[name], path)
+    samples.assert_same(documents.read(path), records[name])
+
+
+@pytest.mark.parametrize("form", ["yaml", "json"])
+@pytest.mark.parametrize("name", NAMES)
+def test_equal_records_give_the_same_bytes(records, tmp_path, name, form):
+    others = samples.records(np.random.default_rng(5), tmp_path)
+    assert documents.dump(records[name], form) == documents.dump(others[name], form)
+
+
+@pytest.mark.parametrize("form", ["yaml", "json"])
+@pytest.mark.parametrize("name", NAMES)
+def test_our_documents_satisfy_the_schema_files_for_other_readers(records, name, form):
+    text = documents.dump(records[name], form)
+    data = yaml.safe_load(text) if form == "yaml" else json.loads(text)
+    kind = data["schema"].split("/")[1]
+    assert kind == name.split("-")[0]
+    validator_for_editors(kind).validate(data)
+
+
+def validator_for_editors(kind):
+    """The schema file as it lies on disk, its neighbour found by its relative name."""
+    folder = schema.folder()
+    contents = {path.name: json.loads(path.read_text()) for path in folder.glob("*.schema.json")}
+    registry = Registry().with_resources(
+        (name, Resource.from_contents(content)) for name, content in contents.items()
+    )
+    content = contents[f"{kind}.schema.json"]
+    jsonschema.Draft7Validator.check_schema(content)
+    return jsonschema.Draft7Validator(content, registry=registry)
+
+
+def test_names_that_look_like_numbers_or_booleans_stay_text(records):
+    for form in ("yaml", "json"):
+        text = documents.dump(records["features"], form)
+        back = documents.read("-", stdin=io.BytesIO(text.encode()))
+        assert [station.name for station in back.stations] == ["no", "1e5", "02", "a: b"]
+
+
+def test_verification_rows_carry_the_papers_unit(records):
+    data = yaml.safe_load(documents.dump(records["verification"], "yaml"))
+    assert data["rows"][0]["rotation_mrad"] == 4.568
+    assert data["rows"][0]["translation_mil"] == pytest.approx(5.9e-4 / MIL, rel=1e-15)
+
+
+def test_calibration_names_its_poses_by_the_setup(records):
+    in_hand = yaml.safe_load(documents.dump(records["calibration"], "yaml"))
+    beside = yaml.safe_load(documents.dump(records["calibration-eye-to-hand"], "yaml"))
+    assert {key for key in in_hand if "_T_" in key} == {"gripper_T_camera", "base_T_target"}
+    assert {key for key in beside if "_T_" in key} == {"base_T_camera", "gripper_T_target"}
+
+
+def test_poses_are_written_as_translation_and_quaternion_in_metres(records):
+    data = yaml.safe_load(documents.dump(records["stations"], "yaml"))
+    matrix = records["stations"].stations[0].base_T_gripper
+    pose = data["stations"][0]["base_T_gripper"]
+    assert list(pose) == ["translation", "quaternion"]
+    assert pose["translation"] == matrix[:3, 3].tolist()
+    assert np.linalg.norm(pose["quaternion"]) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_a_number_that_is_not_finite_is_never_written(records):
+    noise = replace(samples.NOISE, robot_rotation=np.inf)
+    for form in ("yaml", "json"):
+        with pytest.raises(ValueError, match="Infinity"):
+            documents.dump(replace(records["stations"], noise=noise), form)
+
+
+@given(st.floats(min_value=0.0, max_value=1e25))
+def test_unit_suffixed_numbers_come_back_to_the_last_bit(value):
+    text = documents.dump_data({"x_mrad": to_milli(value)}, "yaml")
+    assert from_milli(Decimal(text.split()[1])) == value
+
+
+@given(st.decimals(min_value=0, max_value=10**6, places=6, allow_nan=False))
+def test_what_a_person_writes_in_milli_units_is_written_back_so(number):
+    assert to_milli(from_milli(number)) == number
+
+
+def test_with_floats_leaves_no_decimals():
+    data = {"a": Decimal("0.1"), "b": [Decimal(2), {"c": "x"}], "d": None}
+    assert repr(with_floats(data)) == "{'a': 0.1, 'b': [2.0, {'c': 'x'}], 'd': None}"

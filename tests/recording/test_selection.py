@@ -1,0 +1,220 @@
+"""What is unique is found; what is ambiguous or missing is listed."""
+
+import numpy as np
+import pytest
+from recording import ros2
+from recording.bags import K, ns, random_pose, write
+from recording.bags import pose_numbers as numbers_of
+
+from handeye_cli.errors import InputError, UsageError
+from handeye_cli.recording import selection, survey
+from handeye_cli.recording.options import McapOptions
+
+STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+PIXELS = np.zeros((4, 6), dtype=np.uint8)
+
+
+def image(topic, encoding="mono8", frame="cam"):
+    return ns(0), topic, "sensor_msgs/msg/Image", ros2.image(ns(0), frame, PIXELS, encoding)
+
+
+def info(topic, frame="cam"):
+    return ns(0), topic, "sensor_msgs/msg/CameraInfo", ros2.camera_info(ns(0), frame, k=K)
+
+
+def tf(parent, child, *, moves=True, topic="/tf", seed=1):
+    rng = np.random.default_rng(seed)
+    for t in range(3):
+        numbers = numbers_of(random_pose(rng)) if moves else STILL
+        payload = ros2.transforms((ns(t), parent, child, numbers))
+        yield ns(t), topic, "tf2_msgs/msg/TFMessage", payload
+
+
+def static(parent, child):
+    return next(tf(parent, child, moves=False, topic="/robot/tf_static"))
+
+
+def pose(topic, frame="base"):
+    return ns(0), topic, "geometry_msgs/msg/PoseStamped", ros2.pose(ns(0), frame, STILL)
+
+
+@pytest.fixture
+def survey_of(tmp_path):
+    def make(*messages, **options):
+        return survey.take(write(tmp_path / "a.mcap", messages, **options))
+
+    return make
+
+
+ARM = [*tf("base", "arm"), *tf("arm", "wrist"), static("world", "base"), static("wrist", "cam")]
+
+
+def test_only_picture_is_found_beside_depth(survey_of):
+    content = survey_of(image("/depth/image", "16UC1"), image("/color/image_raw", "rgb8"))
+    assert selection.images(content, None).topic == "/color/image_raw"
+
+
+def test_several_image_topics_are_listed(survey_of):
+    content = survey_of(image("/right/image_raw"), image("/left/image_raw"))
+    with pytest.raises(InputError, match="found 2: /left/image_raw, /right/image_raw") as caught:
+        selection.images(content, None)
+    assert "--image-topic" in caught.value.hint
+    assert selection.images(content, "/right/image_raw").topic == "/right/image_raw"
+
+
+def test_mistyped_topic_is_named_with_the_nearest(survey_of):
+    content = survey_of(image("/left/image_raw"))
+    with pytest.raises(InputError, match="found '/left/image'") as caught:
+        selection.images(content, "/left/image")
+    assert caught.value.where == "--image-topic"
+    assert "/left/image_raw" in caught.value.hint
+
+
+@pytest.mark.parametrize("wanted", [None, "/depth/image"])
+def test_depth_alone_is_refused_by_its_encoding(survey_of, wanted):
+    content = survey_of(image("/depth/image", "32FC1"))
+    with pytest.raises(InputError, match="'32FC1'") as caught:
+        selection.images(content, wanted)
+    assert "/depth/image" in caught.value.where
+
+
+def test_no_image_topic_lists_what_there_is(survey_of):
+    content = survey_of(*ARM, (ns(0), "/image", "foxglove.CompressedImage", b""))
+    with pytest.raises(InputError, match=r"/image \(foxglove.CompressedImage as cdr\)"):
+        selection.images(content, None)
+
+
+def test_channels_in_other_encodings_are_listed_not_read(survey_of):
+    other = {"/image": ("json", "jsonschema", "{}"), "/tf": ("wrong_format", "ros2msg", "")}
+    content = survey_of(*ARM, image("/image"), schemas=other)
+    with pytest.raises(InputError, match=r"/image \(sensor_msgs/msg/Image as json\)"):
+        selection.images(content, None)
+
+
+def test_file_without_messages_says_so(survey_of):
+    with pytest.raises(InputError, match="found no channels at all"):
+        selection.images(survey_of(), None)
+
+
+@pytest.mark.parametrize("topic", ["/left/image_raw", "/left/image_raw/compressed"])
+def test_intrinsics_are_those_beside_the_images(survey_of, topic):
+    content = survey_of(image(topic), info("/left/camera_info"), info("/right/camera_info"))
+    frames = selection.images(content, None)
+    assert selection.camera_info_topic(content, frames, None) == "/left/camera_info"
+    asked = selection.camera_info_topic(content, frames, "/right/camera_info")
+    assert asked == "/right/camera_info"
+
+
+def test_intrinsics_elsewhere_are_known_by_their_frame(survey_of):
+    content = survey_of(image("/pictures", frame="/b"), info("/x/info", "a"), info("/y/info", "b"))
+    frames = selection.images(content, None)
+    assert selection.camera_info_topic(content, frames, None) == "/y/info"
+
+
+def test_only_intrinsics_belong_to_the_only_images(survey_of):
+    content = survey_of(image("/pictures", frame=""), info("/x/info", "a"))
+    assert selection.camera_info_topic(content, selection.images(content, None), None) == "/x/info"
+    several = survey_of(image("/pictures", frame=""), image("/other"), info("/x/info", "a"))
+    frames = selection.images(several, "/pictures")
+    assert selection.camera_info_topic(several, frames, None) is None
+
+
+def test_several_intrinsics_are_listed(survey_of):
+    content = survey_of(image("/pictures"), info("/x/info"), info("/y/info"))
+    frames = selection.images(content, None)
+    with pytest.raises(InputError, match="/x/info, /y/info") as caught:
+        selection.camera_info_topic(content, frames, None)
+    assert "--camera-info-topic" in caught.value.hint
+
+
+def chain_of(content, camera="cam", **options):
+    chain = selection.robot_chain(content, camera, McapOptions(**options))
+    return chain.base, chain.gripper
+
+
+def test_only_chain_leads_from_the_root_to_the_last_moving_frame(survey_of):
+    assert chain_of(survey_of(*ARM)) == ("world", "wrist")
+
+
+def test_frames_asked_for_go_before(survey_of):
+    content = survey_of(*ARM)
+    assert chain_of(content, base_frame="base") == ("base", "wrist")
+    assert chain_of(content, gripper_frame="/cam") == ("world", "cam")
+    assert chain_of(content, base_frame="arm", gripper_frame="cam") == ("arm", "cam")
+
+
+def test_markers_seen_by_the_camera_are_no_robot(survey_of):
+    markers = [*tf("cam", "tag_0"), *tf("cam", "tag_1", seed=2)]
+    assert chain_of(survey_of(*ARM, *markers)) == ("world", "wrist")
+    with pytest.raises(InputError, match="tag_0, tag_1"):
+        chain_of(survey_of(*ARM, *markers), camera="")
+
+
+def test_fingers_that_do_not_move_are_passed_over(survey_of):
+    fingers = [*tf("hand", "left", moves=False), *tf("hand", "right", moves=False)]
+    content = survey_of(*ARM, static("wrist", "hand"), *fingers)
+    assert chain_of(content) == ("world", "wrist")
+
+
+def test_two_arms_are_listed(survey_of):
+    content = survey_of(*ARM, *tf("world", "other", seed=3), *tf("other", "other_wrist", seed=4))
+    with pytest.raises(InputError, match="found 2: other_wrist, wrist") as caught:
+        chain_of(content)
+    assert "--gripper-frame" in caught.value.hint
+    assert chain_of(content, base_frame="base") == ("base", "wrist")
+
+
+def test_unknown_frame_is_named(survey_of):
+    with pytest.raises(InputError, match="found 'tool0'"):
+        chain_of(survey_of(*ARM), gripper_frame="tool0")
+
+
+def test_gripper_fixed_to_the_base_is_refused(survey_of):
+    with pytest.raises(InputError, match="found 'cam' fixed to 'wrist'"):
+        chain_of(survey_of(*ARM), base_frame="wrist", gripper_frame="cam")
+
+
+def test_base_with_nothing_moving_below_lists_the_frames(survey_of):
+    with pytest.raises(InputError, match="moves below 'cam', found none") as caught:
+        chain_of(survey_of(*ARM), camera="", base_frame="cam")
+    assert "arm, base, cam, world, wrist" in caught.value.hint
+
+
+def test_static_transforms_alone_are_not_enough(survey_of):
+    with pytest.raises(InputError, match="expected a moving frame in /tf") as caught:
+        chain_of(survey_of(static("base", "wrist"), image("/image")))
+    assert "PoseStamped" in caught.value.hint
+
+
+def test_only_pose_topic_is_used_where_no_frame_moves(survey_of):
+    assert chain_of(survey_of(static("base", "x"), pose("/tcp"))) == ("base", "/tcp")
+
+
+def test_frames_that_move_go_before_a_pose_topic_not_asked_for(survey_of):
+    content = survey_of(*ARM, pose("/goal"), pose("/tcp"))
+    assert chain_of(content) == ("world", "wrist")
+    assert chain_of(content, pose_topic="/tcp") == ("base", "/tcp")
+
+
+def test_several_pose_topics_are_listed(survey_of):
+    with pytest.raises(InputError, match="/goal, /tcp") as caught:
+        chain_of(survey_of(pose("/goal"), pose("/tcp")))
+    assert "--pose-topic" in caught.value.hint
+
+
+def test_poses_in_two_frames_are_refused_where_they_are_used(survey_of):
+    content = survey_of(*ARM, pose("/tcp", "base"), pose("/tcp", "map"))
+    assert chain_of(content) == ("world", "wrist")
+    with pytest.raises(InputError, match="'base', 'map'"):
+        chain_of(content, pose_topic="/tcp")
+
+
+def test_pose_topic_that_is_not_there_is_named(survey_of):
+    with pytest.raises(InputError, match="expected a topic with stamped poses"):
+        chain_of(survey_of(*ARM), pose_topic="/tcp")
+
+
+@pytest.mark.parametrize("frame", ["base_frame", "gripper_frame"])
+def test_pose_topic_and_frames_exclude_each_other(survey_of, frame):
+    with pytest.raises(UsageError, match="--pose-topic or frames"):
+        chain_of(survey_of(*ARM, pose("/tcp")), pose_topic="/tcp", **{frame: "base"})

@@ -1,0 +1,112 @@
+"""Pixel coverage: the share of a cell behind an edge, the blur's weights, the way to the plate."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from handeye_cli.errors import InputError, UsageError
+from handeye_cli.geometry import rotations, se3
+from handeye_cli.records import Camera
+from handeye_cli.simulate.coverage import blur_weights, half_plane_share, look, plate_points
+
+DISTORTED = Camera(640, 480, 550.0, 548.0, 322.0, 238.0, (-0.2, 0.06, 0.001, -0.0007, 0.01))
+TILTED = se3.from_parts(rotations.exp(np.array([0.4, -0.3, 0.6])), np.array([-0.02, 0.01, 0.3]))
+
+
+def test_share_against_counting_points():
+    rng = np.random.default_rng(1)
+    down, across, signed = rng.uniform(-1, 1, 50), rng.uniform(-1, 1, 50), rng.uniform(-1, 1, 50)
+    grid = (np.arange(400) + 0.5) / 400 - 0.5
+    values = (
+        signed[:, None, None] + down[:, None, None] * grid[:, None] + across[:, None, None] * grid
+    )
+    counted = np.mean(values < 0, axis=(1, 2))
+    # A straight edge misjudges at most the points of two rows of the 400.
+    assert half_plane_share(signed, down, across) == pytest.approx(counted, abs=2 / 400)
+
+
+@pytest.mark.parametrize(
+    ("signed", "down", "across", "share"),
+    [
+        (0.0, 0.3, -0.7, 0.5),
+        (0.25, 1.0, 0.0, 0.25),
+        (-0.25, 0.0, 1.0, 0.75),
+        (0.5, 0.5, 0.5, 0.0),
+        (0.25, 0.5, 0.5, 0.125),
+        (1e9, 1.0, 1.0, 0.0),
+        (-1e9, 1.0, 1.0, 1.0),
+        (1.0, 0.0, 0.0, 0.0),
+        (-1.0, 0.0, 0.0, 1.0),
+    ],
+)
+def test_share_by_hand(signed, down, across, share):
+    found = half_plane_share(np.array(signed), np.array(down), np.array(across))
+    assert found == pytest.approx(share, abs=1e-4)
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.3, 0.7, 2.0])
+def test_blur_keeps_all_light_and_its_place(blur):
+    weights = blur_weights(blur, 4)
+    pixels = np.arange(len(weights)) - len(weights) // 2
+    assert weights.sum(axis=0) * 4 == pytest.approx(np.ones(4), abs=3e-6)
+    assert pixels @ weights.sum(axis=1) == pytest.approx(0.0, abs=1e-12)
+    assert weights == pytest.approx(weights[::-1, ::-1], abs=1e-12)
+
+
+@pytest.mark.parametrize("blur", [0.3, 0.7, 2.0])
+def test_blur_has_the_variance_of_gaussian_and_pixel(blur):
+    weights = blur_weights(blur, 4)
+    pixels = np.arange(len(weights)) - len(weights) // 2
+    centres = (np.arange(4) + 0.5) / 4 - 0.5
+    variance = np.sum(weights * (pixels[:, None] - centres) ** 2)
+    # Two of the cell's boxes, 1 / (12 * 16) each: one is left to the scene's averaging over cells.
+    expected = blur**2 + 1 / 12 - 1 / (12 * 16)
+    assert variance == pytest.approx(expected, rel=1e-4)
+
+
+def test_plate_points_are_where_opencv_projects_from():
+    rng = np.random.default_rng(2)
+    plate = rng.uniform(-0.06, 0.06, (200, 2))
+    K = np.array([[550.0, 0, 322.0], [0, 548.0, 238.0], [0, 0, 1]])
+    pixels, _ = cv2.projectPoints(
+        np.column_stack([plate, np.zeros(200)]),
+        rotations.log(TILTED[:3, :3]),
+        TILTED[:3, 3],
+        K,
+        np.array(DISTORTED.distortion),
+    )
+    assert plate_points(DISTORTED, TILTED, pixels[:, 0]) == pytest.approx(plate, abs=1e-12)
+
+
+def test_coarse_map_is_near_the_exact_one():
+    view = look(DISTORTED, TILTED, 0.7)
+    v, u = np.mgrid[0 : view.reach.shape[0] : 3, 0 : view.reach.shape[1] : 3]
+    exact = plate_points(DISTORTED, TILTED, np.stack([u, v], axis=-1) - float(view.margin))
+    # The margin that `reach` has beyond half a pixel's diagonal, which is 0.1 of the diagonal.
+    off = np.linalg.norm(view.points[v, u] - exact, axis=-1)
+    assert np.all(off < 0.15 * view.reach[v, u])
+
+
+def test_rays_above_the_horizon_stay_finite():
+    steep = se3.from_parts(rotations.exp(np.array([1.35, 0.0, 0.0])), np.array([0.0, 0.0, 0.3]))
+    assert np.all(np.isfinite(look(DISTORTED, steep, 0.7).points))
+
+
+def test_camera_behind_the_plate_is_refused():
+    behind = se3.from_parts(rotations.exp(np.array([math.pi, 0.0, 0.0])), np.array([0, 0, 0.25]))
+    with pytest.raises(UsageError, match="found it 250 mm behind"):
+        look(DISTORTED, behind, 0.7)
+
+
+@pytest.mark.parametrize(("blur", "found"), [(-0.5, "found -0.5 px"), (math.nan, "found nan px")])
+def test_impossible_blur_is_refused(blur, found):
+    with pytest.raises(UsageError, match=found):
+        look(DISTORTED, TILTED, blur)
+
+
+def test_distortion_that_folds_is_refused_with_the_pixel():
+    folded = Camera(640, 480, 300.0, 300.0, 320.0, 240.0, (-0.6, 0.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"found none at pixel \(-4, -4\)"):
+        look(folded, TILTED, 0.7)
