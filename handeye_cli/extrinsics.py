@@ -69,6 +69,9 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
         camera, finding = intrinsics.calibrate_intrinsics(features, views)
         findings.append(finding)
     fit = _fit(views, camera, features.setup)
+    if camera is features.camera:
+        doubt = intrinsics.better_intrinsics(_only(views, fit.good), camera, fit.sigma)
+        findings += [doubt] if doubt else []
     noise = features.noise or Noise()
     sigma = fit.sigma if noise.pixel is None else noise.pixel
     stations = _stations(features.stations, views, camera, fit, sigma)
@@ -94,6 +97,11 @@ def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
     good = rms <= max(_GROSS_PIXELS, _GROSS_FACTOR * float(np.median(rms)))
     freedom = max(int(np.sum(count[good] - 6)), 1)
     return _Fit(poses, rms, good, float(np.sqrt(np.sum(squares[good]) / freedom)))
+
+
+def _only(views: Views, rows: NDArray[np.bool_]) -> Views:
+    seen = replace(views.seen, pixels=views.seen.pixels[rows], mask=views.seen.mask[rows])
+    return Views(views.index[rows], views.base_T_gripper[rows], seen)
 
 
 def _stations(

@@ -13,6 +13,9 @@ from handeye_cli.records import Camera, Features, Finding
 from handeye_cli.views import Views
 
 _MIN_VIEWS = 3
+_MIN_VIEWS_TO_DOUBT = 6
+_DOUBT = 0.8
+"""Given intrinsics are doubted when calibrated ones leave less than this share of the residual."""
 _LARGEST_RELATIVE_SIGMA = 0.05
 """A focal length less certain than this is not determined by the images."""
 _COEFFICIENTS = {
@@ -52,6 +55,34 @@ def calibrate_intrinsics(features: Features, views: Views) -> tuple[Camera, Find
         ConvergenceError: The refinement did not converge.
     """
     guess = _first_guess(features, views)
+    return _camera(guess, _best_model(guess, views), views)
+
+
+def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | None:
+    """Return a warning where the views contradict the given intrinsics, else None.
+
+    Args:
+        views: The views of the stations.
+        camera: The given intrinsics.
+        sigma: Pixel noise that they leave, pixels.
+    """
+    if len(views.index) < _MIN_VIEWS_TO_DOUBT:
+        return None
+    result = _best_model(replace(camera, distortion=(), covariance=None), views)
+    freedom = views.degrees_of_freedom(result.parameters.size)
+    left = float(np.sqrt(result.squares / freedom))
+    if not result.converged or left > _DOUBT * sigma:
+        return None
+    return Finding(
+        "intrinsics-doubtful",
+        "warning",
+        f"the given intrinsics leave a residual of {sigma:.2f} px, intrinsics calibrated from the "
+        f"same images {left:.2f} px",
+        "solve with --calibrate-intrinsics, or calibrate the camera again",
+    )
+
+
+def _best_model(guess: Camera, views: Views) -> bundle.BundleResult:
     poses = pnp.planar_poses(views.seen, guess.lens).poses[:, 0]
     residuals = 2 * int(views.seen.mask.sum())
     parameters = guess.parameters[:4]
@@ -70,8 +101,7 @@ def calibrate_intrinsics(features: Features, views: Views) -> tuple[Camera, Find
             f"in {len(views.index)} views",
             hint="record more views, or give the camera's intrinsics",
         )
-    best = min(results, key=lambda item: item[0])[1]
-    return _camera(guess, best, views)
+    return min(results, key=lambda item: item[0])[1]
 
 
 def _first_guess(features: Features, views: Views) -> Camera:

@@ -14,7 +14,7 @@ from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera, Noise, Observation
 
-FAR = Camera(640, 480, 9000.0, 9000.0, 319.5, 239.5)
+FAR = Camera(640, 480, 45000.0, 45000.0, 319.5, 239.5)
 """A long lens: the plate's two poses fit about as well."""
 
 
@@ -52,7 +52,7 @@ def test_the_planar_ambiguity_is_decided_over_all_stations(setup):
     rng = np.random.default_rng(7)
     alone = together = 0
     for _ in range(10):
-        shot = shoot(rng, 9, camera=FAR, distance=1.5, tilt_deg=12, sigma_px=0.2, setup=setup)
+        shot = shoot(rng, 9, camera=FAR, distance=7.5, tilt_deg=12, sigma_px=0.2, setup=setup)
         still = replace(
             shot.features,
             stations=tuple(replace(s, base_T_gripper=np.eye(4)) for s in shot.features.stations),
@@ -111,3 +111,14 @@ def test_calibrating_replaces_wrong_intrinsics_and_says_so():
     assert [finding.code for finding in found.findings] == ["intrinsics-calibrated"]
     kept = extrinsics(replace(shot.features, camera=wrong))
     assert kept.camera is wrong
+
+
+def test_given_intrinsics_that_contradict_the_views_are_doubted():
+    rng = np.random.default_rng(23)
+    shot = shoot(rng, 9, sigma_px=0.02)
+    assert extrinsics(shot.features).findings == ()
+    bent = replace(CAMERA, distortion=(0.3, 0.0, 0.0, 0.0, 0.0))
+    (finding,) = extrinsics(replace(shot.features, camera=bent)).findings
+    assert finding.code == "intrinsics-doubtful"
+    assert "calibrated from the same images 0.02 px" in finding.message
+    assert "--calibrate-intrinsics" in finding.advice

@@ -1,0 +1,102 @@
+"""A ChArUco board: a chessboard with markers in its light squares; any part of it may be seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import cv2
+import numpy as np
+
+from handeye_cli.conventions import MM
+from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.targets import lattice
+from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.keys import Range, refuse
+from handeye_cli.targets.markers import dictionary, dictionary_name, require_markers
+
+
+@dataclass(frozen=True)
+class Charuco(Board):
+    """Inner corners at x = column * square, y = row * square, from the first inner corner on.
+
+    The ids are OpenCV's; its own frame begins one square up and left, at the board's outer corner.
+
+    Attributes:
+        columns: Squares in a row.
+        rows: Rows of squares.
+        square_mm: Side of a square.
+        marker_mm: Side of a marker.
+        dictionary: OpenCV's name of the markers' dictionary.
+        legacy: Whether the board was made by OpenCV before 4.6; with an even number of rows that
+            is another layout, and None tries both.
+    """
+
+    TYPE: ClassVar[str] = "charuco"
+    SHORTHAND: ClassVar[str] = ":{columns}x{rows}:{square_mm}:{marker_mm}:{dictionary}[:{legacy}]"
+    EXAMPLE: ClassVar[str] = "charuco:5x7:36.195mm:18.256mm:DICT_6X6_250"
+
+    columns: Annotated[int, Range(3)]
+    rows: Annotated[int, Range(3)]
+    square_mm: float
+    marker_mm: float
+    dictionary: str
+    legacy: bool | None = None
+
+    def __post_init__(self) -> None:
+        if self.marker_mm >= self.square_mm:
+            raise refuse(
+                f"expected a marker_mm below the square_mm of {self.square_mm:g}, "
+                f"found {self.marker_mm:g}"
+            )
+        require_markers(dictionary_name(self.dictionary), self.columns * self.rows // 2)
+
+    def points(self) -> FloatArray:
+        """Return the ((rows - 1) * (columns - 1), 3) inner corners, row by row, metres."""
+        return lattice.flat_points(self._lattice, self.square_mm * MM / 2)
+
+    def detect(self, grey: GreyImage) -> Detection:
+        """Return the corners that are seen, or why they are too few."""
+        both = self.legacy is None and self.rows % 2 == 0
+        layouts = (False, True) if both else (bool(self.legacy),)
+        seen = [self._corners(grey, legacy) for legacy in layouts]
+        ids, pixels, markers = max(seen, key=lambda each: len(each[0]))
+        if markers == 0:
+            name = dictionary_name(self.dictionary)
+            return Detection.missing(f"no marker of {name} was found")
+        places = self._lattice[ids]
+        if len(ids) < 4 or np.linalg.matrix_rank(places - places[0]) < 2:
+            return Detection.missing(
+                f"{len(ids)} of {len(self._lattice)} corners were found: at least 4 that are not "
+                "all on one line are needed"
+            )
+        return Detection(ids, pixels)
+
+    @property
+    def _lattice(self) -> IntArray:
+        return lattice.grid(self.columns - 1, self.rows - 1)
+
+    def _corners(self, grey: GreyImage, legacy: bool) -> tuple[IntArray, FloatArray, int]:
+        """Return ids and pixels of the seen corners of one layout, and the number of markers."""
+        corners, ids, _, markers = self._detector(legacy).detectBoard(grey)
+        count_markers = 0 if markers is None else len(markers)
+        if ids is None or len(ids) == 0:
+            return np.zeros(0, dtype=np.int64), np.zeros((0, 2)), count_markers
+        found = np.ravel(ids).astype(np.int64)
+        order = np.argsort(found)
+        pixels = np.reshape(corners, (-1, 2)).astype(np.float64)
+        return found[order], pixels[order], count_markers
+
+    def _detector(self, legacy: bool) -> Any:
+        board = cv2.aruco.CharucoBoard(
+            (self.columns, self.rows),
+            float(self.square_mm),
+            float(self.marker_mm),
+            dictionary(dictionary_name(self.dictionary)),
+        )
+        board.setLegacyPattern(legacy)
+        settings = cv2.aruco.CharucoParameters()
+        # one marker beside a corner is enough: the default of two loses the corners at the rim
+        settings.minMarkers = 1
+        settings.tryRefineMarkers = True
+        return cv2.aruco.CharucoDetector(board, settings)
