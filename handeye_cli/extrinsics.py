@@ -14,6 +14,7 @@ from handeye_cli.geometry import consensus, pnp
 from handeye_cli.records import (
     Camera,
     Features,
+    Finding,
     FloatArray,
     Noise,
     Station,
@@ -22,6 +23,8 @@ from handeye_cli.records import (
 )
 from handeye_cli.views import MIN_POINTS, Views, pose_candidates, views_of
 
+_CLEAR_MARGIN = 12.0
+"""Chi-square by which the second answer to the planar ambiguity should be worse."""
 _GROSS_FACTOR = 20.0
 _GROSS_PIXELS = 1.0
 """A view whose residual is above both, the factor times the median and the pixels, went wrong."""
@@ -29,12 +32,16 @@ _GROSS_PIXELS = 1.0
 
 @dataclass(frozen=True)
 class _Fit:
-    """Chosen pose and quality of each view: (N, 4, 4), (N,) px, (N,) bool, pooled px."""
+    """Chosen pose and quality of each view: (N, 4, 4), (N,) px, (N,) bool, pooled px.
+
+    `margin` is the chi-square by which the next best answer to the planar ambiguity fits worse.
+    """
 
     poses: FloatArray
     rms: FloatArray
     good: NDArray[np.bool_]
     sigma: float
+    margin: float
 
 
 def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Stations:
@@ -72,6 +79,8 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
     if camera is features.camera:
         doubt = intrinsics.better_intrinsics(_only(views, fit.good), camera, fit.sigma)
         findings += [doubt] if doubt else []
+    if fit.margin < _CLEAR_MARGIN:
+        findings.append(_ambiguity(fit.margin))
     noise = features.noise or Noise()
     sigma = fit.sigma if noise.pixel is None else noise.pixel
     stations = _stations(features.stations, views, camera, fit, sigma)
@@ -88,15 +97,25 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
 
 def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
     candidates = pose_candidates(views, camera)
-    rotations = candidates.poses[..., :3, :3]
-    chosen = consensus.choose(views.reference_R_mount(setup), rotations, candidates.penalties)
-    poses = candidates.poses[np.arange(len(chosen)), chosen]
+    robot = views.reference_R_mount(setup)
+    choice = consensus.choose(robot, candidates.poses[..., :3, :3], candidates.penalties)
+    poses = candidates.poses[np.arange(len(robot)), choice.index]
     squares = pnp.squared_residuals(poses, views.seen, camera.lens)
     count = 2 * views.seen.mask.sum(axis=1)
     rms = np.sqrt(squares / count)
     good = rms <= max(_GROSS_PIXELS, _GROSS_FACTOR * float(np.median(rms)))
     freedom = max(int(np.sum(count[good] - 6)), 1)
-    return _Fit(poses, rms, good, float(np.sqrt(np.sum(squares[good]) / freedom)))
+    return _Fit(poses, rms, good, float(np.sqrt(np.sum(squares[good]) / freedom)), choice.margin)
+
+
+def _ambiguity(margin: float) -> Finding:
+    return Finding(
+        "planar-ambiguity",
+        "warning",
+        "a plane seen with little perspective has two poses, and mirroring all stations fits "
+        f"nearly as well: chi-square {margin:.1f} worse",
+        "go nearer to the target or tilt it more, or use a larger target",
+    )
 
 
 def _only(views: Views, rows: NDArray[np.bool_]) -> Views:
@@ -115,8 +134,10 @@ def _stations(
             continue
         covariance = sigma**2 * np.linalg.inv(information[row])
         covariance = (covariance + covariance.T) / 2
+        seen = out[index].observation
         out[index] = replace(
             out[index],
+            observation=seen and replace(seen, sigma_px=sigma),
             camera_T_target=UncertainPose(fit.poses[row], covariance),
             reason=None,
         )

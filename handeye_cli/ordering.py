@@ -35,13 +35,14 @@ def order_consistently(
     if len(turns) < 2 or len(views.index) < 2:
         return features
     camera = camera_or_calibrated(features, views)
-    robot = views.reference_R_mount(features.setup)
     flips = pose_candidates(views, camera)
     turned = se3.inverse(np.stack([_turn_transform(points, turn) for turn in turns]))
-    poses = flips.poses[:, None] @ turned[None, :, None]
-    rotations = poses.reshape(len(robot), -1, 4, 4)[..., :3, :3]
-    penalties = np.repeat(flips.penalties[:, None], len(turns), axis=1).reshape(len(robot), -1)
-    chosen = consensus.choose(robot, rotations, penalties) // flips.poses.shape[1]
+    count = len(views.index)
+    poses = (flips.poses[:, None] @ turned[None, :, None]).reshape(count, -1, 4, 4)
+    penalties = np.repeat(flips.penalties[:, None], len(turns), axis=1).reshape(count, -1)
+    robot = views.reference_R_mount(features.setup)
+    choice = consensus.choose(robot, poses[..., :3, :3], penalties)
+    chosen = choice.index // flips.poses.shape[1]
     return replace(features, stations=_renumbered(features.stations, views, turns, chosen))
 
 

@@ -19,7 +19,7 @@ _MAX_TILT = math.radians(80.0)
 def plan(
     count: int,
     *,
-    distance: float = 0.25,
+    distance: float = 0.17,
     tilt: float = math.radians(30.0),
     setup: Setup = Setup.EYE_IN_HAND,
     centre: FloatArray | None = None,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from handeye_cli import solvers
@@ -59,7 +61,7 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
         mount_T_camera=UncertainPose(solution.X, covariance[:6, :6]),
         reference_T_target=UncertainPose(solution.Z, covariance[6:, 6:]),
         predicted_error=error,
-        noise=model.noise,
+        noise=_with_pixel_noise(model.noise, stations),
         noise_estimated=len(model.shapes) > 0,
         stations=_residual_table(stations, chain, residuals),
         pairs=tuple((int(chain.index[i]), int(chain.index[j])) for i, j in chosen),
@@ -67,6 +69,15 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
         camera=stations.camera,
         provenance=stations.provenance,
     )
+
+
+def _with_pixel_noise(noise: Noise, stations: Stations) -> Noise:
+    """Return the levels with the RMS of the stations' pixel noise where it was not given."""
+    seen = [station.observation for station in stations.stations if station.camera_T_target]
+    sigmas = [each.sigma_px for each in seen if each is not None and each.sigma_px is not None]
+    if noise.pixel is not None or not sigmas:
+        return noise
+    return replace(noise, pixel=float(np.sqrt(np.mean(np.square(sigmas)))))
 
 
 def choose_pairs(name: str, count: int) -> IntArray:

@@ -14,7 +14,7 @@ from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera, Noise, Observation
 
-FAR = Camera(640, 480, 45000.0, 45000.0, 319.5, 239.5)
+FAR = Camera(640, 480, 20000.0, 20000.0, 319.5, 239.5)
 """A long lens: the plate's two poses fit about as well."""
 
 
@@ -52,7 +52,7 @@ def test_the_planar_ambiguity_is_decided_over_all_stations(setup):
     rng = np.random.default_rng(7)
     alone = together = 0
     for _ in range(10):
-        shot = shoot(rng, 9, camera=FAR, distance=7.5, tilt_deg=12, sigma_px=0.2, setup=setup)
+        shot = shoot(rng, 9, camera=FAR, distance=3.3, tilt_deg=12, sigma_px=0.2, setup=setup)
         still = replace(
             shot.features,
             stations=tuple(replace(s, base_T_gripper=np.eye(4)) for s in shot.features.stations),
@@ -64,7 +64,7 @@ def test_the_planar_ambiguity_is_decided_over_all_stations(setup):
             together += wrong if features is shot.features else 0
             alone += wrong if features is still else 0
     assert together == 0
-    assert alone >= 10
+    assert alone >= 5
 
 
 def test_a_wrong_detection_is_named_and_does_not_spoil_the_pooled_noise():
@@ -122,3 +122,13 @@ def test_given_intrinsics_that_contradict_the_views_are_doubted():
     assert finding.code == "intrinsics-doubtful"
     assert "calibrated from the same images 0.02 px" in finding.message
     assert "--calibrate-intrinsics" in finding.advice
+
+
+def test_views_that_may_all_be_mirrored_are_reported():
+    rng = np.random.default_rng(29)
+    longest = replace(FAR, fx=45000.0, fy=45000.0)
+    shot = shoot(rng, 9, camera=longest, distance=7.5, tilt_deg=12, sigma_px=0.3)
+    findings = {finding.code: finding for finding in extrinsics(shot.features).findings}
+    assert "mirroring all stations" in findings["planar-ambiguity"].message
+    near = extrinsics(shoot(rng, 9).features).findings
+    assert near == ()

@@ -7,6 +7,7 @@ and one from target to reference: `A_i R_X B_ik = R_Z` for every station.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -23,13 +24,29 @@ _POOL = 40
 _SMALLEST_AREA = 1e-3
 """Smallest product of two turns in rad^2 whose axes are told apart."""
 _ROUNDS = 3
+_ANOTHER_ANSWER = 0.5
+"""Hypotheses whose R_X differ by more than this angle in radians are different answers."""
 _FIRST_SCALE = 0.05
 _SMALLEST_SCALE = 2e-4
 _CAP = 50.0
 """Largest squared misfit in units of the scale: one wrong station must not decide for the rest."""
 
 
-def choose(robot: FloatArray, candidates: FloatArray, penalties: FloatArray) -> IntArray:
+@dataclass(frozen=True)
+class Choice:
+    """One candidate per station.
+
+    Attributes:
+        index: (N,) which candidate.
+        margin: Chi-square by which the best of all other answers, with another R_X, fits worse;
+            infinite where there is none.
+    """
+
+    index: IntArray
+    margin: float
+
+
+def choose(robot: FloatArray, candidates: FloatArray, penalties: FloatArray) -> Choice:
     """Choose one candidate per station so that all agree with the robot's rotations.
 
     Args:
@@ -39,22 +56,35 @@ def choose(robot: FloatArray, candidates: FloatArray, penalties: FloatArray) -> 
             infinite for one that does not exist.
 
     Returns:
-        (N,) the index of the chosen candidate. Where the robot does not turn enough to tell, the
-        candidate that fits its image best.
+        The choice. A small margin means that rotations cannot exclude another one, as when a long
+        lens lets all views be mirrored together. Where the robot does not turn enough to tell, the
+        candidates are those that fit their images best.
     """
     best: IntArray = np.argmin(penalties, axis=1)
     seeds = _seed_triples(robot)
     if candidates.shape[1] == 1 or not seeds:
-        return best
-    hypotheses = [_from_seed(robot, candidates, penalties, triple) for triple in seeds]
+        return Choice(best, np.inf)
+    found = [_from_seed(robot, candidates, penalties, triple) for triple in seeds]
+    R_X, R_Z = (np.concatenate(parts) for parts in zip(*found, strict=True))
     scale = _FIRST_SCALE
     for _ in range(_ROUNDS):
-        trials = [_assign(robot, candidates, penalties, h, scale) for h in hypotheses]
-        _, choice, median = min(trials, key=lambda trial: trial[0])
-        hypotheses = hypotheses[: len(seeds)]
-        hypotheses.append(_common_rotations(robot, _pick(candidates, choice)))
-        scale = min(max(_SMALLEST_SCALE, 2.0 * median), _FIRST_SCALE)
-    return choice
+        costs, choices, medians = _assign(robot, candidates, penalties, (R_X, R_Z), scale)
+        leaders = _leaders(costs, R_X)
+        common = [_common_rotations(robot, _pick(candidates, choices[i])) for i in leaders]
+        more_X, more_Z = zip(*common, strict=True)
+        R_X, R_Z = np.concatenate([R_X, more_X]), np.concatenate([R_Z, more_Z])
+        scale = min(max(_SMALLEST_SCALE, 2.0 * float(medians[leaders[0]])), _FIRST_SCALE)
+    costs, choices, _ = _assign(robot, candidates, penalties, (R_X, R_Z), scale)
+    winner, *others = _leaders(costs, R_X)
+    margin = float(costs[others[0]] - costs[winner]) if others else np.inf
+    return Choice(choices[winner], margin)
+
+
+def _leaders(costs: FloatArray, R_X: FloatArray) -> list[int]:
+    """Return the cheapest hypothesis, and the cheapest of those with another answer if any."""
+    winner = int(np.argmin(costs))
+    other = np.flatnonzero(rotations.angle(R_X @ R_X[winner].T) > _ANOTHER_ANSWER)
+    return [winner] + ([int(other[np.argmin(costs[other])])] if other.size else [])
 
 
 def _pick(candidates: FloatArray, choice: IntArray) -> FloatArray:
@@ -108,12 +138,11 @@ def align(targets: FloatArray, sources: FloatArray) -> FloatArray:
 
 
 def _common_rotations(robot: FloatArray, chosen: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the (R_X, R_Z) that all chosen candidates support, as a batch of one."""
+    """Return the R_X and R_Z that all chosen candidates support."""
     turned = rotations.log(np.swapaxes(robot[:-1], -1, -2) @ robot[1:])
     seen = rotations.log(chosen[:-1] @ np.swapaxes(chosen[1:], -1, -2))
     R_X = rotations.project_to_so3(np.einsum("mi,mj->ij", turned, seen))
-    R_Z = rotations.mean(robot @ R_X @ chosen)
-    return R_X[None], R_Z[None]
+    return R_X, rotations.mean(robot @ R_X @ chosen)
 
 
 def _assign(
@@ -122,15 +151,13 @@ def _assign(
     penalties: FloatArray,
     hypotheses: tuple[FloatArray, FloatArray],
     scale: float,
-) -> tuple[float, IntArray, float]:
-    """Return cost, choice and median misfit in radians under the best of a batch of hypotheses."""
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Return cost, choice (H, N) and median misfit in radians under each of H hypotheses."""
     R_X, R_Z = hypotheses
     left = robot @ R_X[:, None]
     trace = np.einsum("hnij,nkjl,hil->hnk", left, candidates, R_Z)
     squares = np.maximum(3.0 - trace, 0.0)  # 4 sin^2(angle / 2)
     costs = np.minimum(squares / scale**2, _CAP) + penalties
-    total = np.sum(np.min(costs, axis=2), axis=1)
-    winner = int(np.argmin(total))
-    choice = np.argmin(costs[winner], axis=1)
-    misfit = np.sqrt(squares[winner, np.arange(len(robot)), choice])
-    return float(total[winner]), choice, float(np.median(misfit))
+    choices: IntArray = np.argmin(costs, axis=2)
+    misfit = np.take_along_axis(squares, choices[..., None], axis=2)[..., 0]
+    return np.sum(np.min(costs, axis=2), axis=1), choices, np.sqrt(np.median(misfit, axis=1))

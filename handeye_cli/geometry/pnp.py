@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 _MAX_STEPS = 60
 _HOPELESS = 1e12
 """Damping at which no step helps any more."""
-_SAME_POSE = 1e-4
+_SAME_POSE = 1e-3
 """Two optima closer than this rotation in radians are one."""
 _GAIN_TOLERANCE = 1e-13
 """Relative decrease of the squares below which a view has converged."""
@@ -73,15 +73,33 @@ def planar_poses(seen: Sightings, lens: Lens) -> PlanarPoses:
     mask = seen.mask & np.all(np.isfinite(directions), axis=-1)
     seen = replace(seen, mask=mask)
     H = homography(seen.points[:, :2], np.where(mask[..., None], directions, 0.0), mask)
-    first, first_squares = refine(pose_from_homography(H), seen, lens)
-    second, second_squares = refine(_mirrored(first, seen), seen, lens)
-    order = np.where((second_squares < first_squares)[..., None], [1, 0], [0, 1])
-    poses = np.stack([first, second], axis=-3)
-    squares = np.stack([first_squares, second_squares], axis=-1)
-    poses = np.take_along_axis(poses, order[..., None, None], axis=-3)
-    squares = np.take_along_axis(squares, order, axis=-1)
-    turn = rotations.angle(np.swapaxes(first[..., :3, :3], -1, -2) @ second[..., :3, :3])
-    return PlanarPoses(poses, squares, (turn > _SAME_POSE) & np.isfinite(squares[..., 1]))
+    first = refine(pose_from_homography(H), seen, lens)
+    second = refine(_mirrored(first[0], seen), seen, lens)
+    best, worse = _ordered(first, second)
+    # A start on the ridge between the optima may creep along it: mirror the better one once more.
+    again = refine(_mirrored(best[0], seen), seen, lens)
+    best, other = _ordered(best, again)
+    other, _ = _ordered(*(_unless_same(pose, best) for pose in (other, worse)))
+    squares = np.stack([best[1], other[1]], axis=-1)
+    return PlanarPoses(
+        np.stack([best[0], other[0]], axis=-3), squares, np.isfinite(squares[..., 1])
+    )
+
+
+_Fit = tuple[FloatArray, FloatArray]
+"""Poses (..., 4, 4) and their sums of squares (...)."""
+
+
+def _ordered(a: _Fit, b: _Fit) -> tuple[_Fit, _Fit]:
+    swap = b[1] < a[1]
+    over = swap[..., None, None]
+    low = np.where(over, b[0], a[0]), np.where(swap, b[1], a[1])
+    return low, (np.where(over, a[0], b[0]), np.where(swap, a[1], b[1]))
+
+
+def _unless_same(fit: _Fit, best: _Fit) -> _Fit:
+    turn = np.swapaxes(best[0][..., :3, :3], -1, -2) @ fit[0][..., :3, :3]
+    return fit[0], np.where(rotations.angle(turn) > _SAME_POSE, fit[1], np.inf)
 
 
 def _parts(lens: Lens) -> tuple[FloatArray, str]:

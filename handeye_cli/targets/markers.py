@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from handeye_cli.errors import did_you_mean
-from handeye_cli.records import FloatArray, GreyImage
+from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets.keys import refuse
 
 UNIT_TAG = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -84,23 +84,32 @@ def find_tags(grey: GreyImage, name: str) -> dict[int, FloatArray]:
         Tag ids, ascending, and their (4, 2) corners in pixels: top left, top right, bottom right
         and bottom left of the upright tag. An AprilTag is upright as its authors publish it.
     """
+    ids, quads = _detected(grey, name)
+    if is_apriltag(name) and _apriltags_upside_down():
+        quads = np.roll(quads, 2, axis=1)
+    found, where, times = np.unique(ids, return_index=True, return_counts=True)
+    return {int(i): quads[k] for i, k, n in zip(found, where, times, strict=True) if n == 1}
+
+
+def _detected(grey: GreyImage, name: str) -> tuple[IntArray, FloatArray]:
+    """Return the (n,) ids and (n, 4, 2) corners of all tags, as OpenCV orders them."""
     settings = cv2.aruco.DetectorParameters()
     # CORNER_REFINE_APRILTAG is half a pixel off
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    detector = cv2.aruco.ArucoDetector(dictionary(name), settings)
-    quads, ids, _ = detector.detectMarkers(grey)
-    if ids is None or len(ids) == 0:
-        return {}
-    corners = np.reshape(quads, (-1, 4, 2)).astype(np.float64)
-    if is_apriltag(name) and _apriltags_upside_down():
-        corners = np.roll(corners, 2, axis=1)
-    found, where, times = np.unique(ids, return_index=True, return_counts=True)
-    return {int(i): corners[k] for i, k, n in zip(found, where, times, strict=True) if n == 1}
+    # the window ends before the code's own squares, whatever the size of the tag
+    settings.relativeCornerRefinmentWinSize = 0.7
+    settings.cornerRefinementWinSize = 10
+    settings.cornerRefinementMinAccuracy = 0.01
+    quads, ids, _ = cv2.aruco.ArucoDetector(dictionary(name), settings).detectMarkers(grey)
+    found = np.zeros(0) if ids is None else np.ravel(ids)
+    return found.astype(np.int64), np.reshape(quads, (-1, 4, 2)).astype(np.float64)
 
 
 @cache
 def _apriltags_upside_down() -> bool:
-    """Say whether this OpenCV holds the AprilTags turned by 180 degrees, as up to 5.0 they are."""
-    tag = cv2.aruco.generateImageMarker(dictionary("DICT_APRILTAG_36h11"), 0, 8)
-    upright = [bit == "1" for bit in f"{_TAG36H11_0:036b}"]
-    return not np.array_equal(tag[1:-1, 1:-1].ravel() > 0, upright)
+    """Say whether this OpenCV begins at an AprilTag's bottom right corner, as up to 5.0 it does."""
+    bits = [255 * (bit == "1") for bit in f"{_TAG36H11_0:036b}"]
+    tag = np.pad(np.array(bits, dtype=np.uint8).reshape(6, 6), 1)
+    picture = np.pad(np.kron(tag, np.ones((8, 8), dtype=np.uint8)), 16, constant_values=255)
+    _, quads = _detected(picture, _FAMILY + "36h11")
+    return bool(quads[0, 0, 0] > quads[0, 2, 0])

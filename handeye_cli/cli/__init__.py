@@ -1,0 +1,1 @@
+"""The `handeye` command: read, one stage, write, show. Only this package prints or exits."""

@@ -1,0 +1,31 @@
+"""`handeye extract`: from pictures to the target's points in them."""
+
+from __future__ import annotations
+
+from handeye_cli.cli.grouping import given
+from handeye_cli.cli.inputs import open_input
+from handeye_cli.cli.options import Mcap, Output, Source, Work
+from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.progress import steps
+
+EXAMPLES = (
+    "handeye extract data.mcap --target disc-grid:6x6:5mm:4mm -o features.yaml",
+    "handeye extract recording.yaml | handeye extrinsics - | handeye solve -",
+)
+
+
+def extract(*, source: Source, mcap: Mcap, work: Work, output: Output) -> None:
+    """Find the calibration target's points in the pictures of a recording.
+
+    Every station is kept: one whose picture does not show the target says why, and the robot's
+    poses go along with the points.
+    """
+    from handeye_cli import pipeline
+    from handeye_cli.records import Recording
+
+    check_output(output)
+    opened = open_input(source, mcap)
+    pipeline.expect(opened.record, Recording)
+    with steps(work, output) as how:
+        features = pipeline.to_features(opened.record, how)
+    finish("extract", features, output, [opened], given(source, mcap))

@@ -1,0 +1,33 @@
+"""`handeye extrinsics`: from points in the pictures to the target's pose at every station."""
+
+from __future__ import annotations
+
+from handeye_cli.cli.grouping import given
+from handeye_cli.cli.inputs import open_input
+from handeye_cli.cli.options import Intrinsics, Mcap, Output, Source, Work
+from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.progress import steps
+
+EXAMPLES = (
+    "handeye extrinsics features.yaml -o stations.yaml",
+    "handeye extrinsics recording.yaml --calibrate-intrinsics -o stations.yaml",
+)
+
+
+def extrinsics(
+    *, source: Source, mcap: Mcap, intrinsics: Intrinsics, work: Work, output: Output
+) -> None:
+    """Compute the pose of the target in the camera at every station, with its covariance.
+
+    The intrinsics are taken from the input, or estimated from the same pictures with
+    --calibrate-intrinsics; the pixels stay in the document, so that solve can use them.
+    """
+    from handeye_cli import pipeline
+    from handeye_cli.records import Features, Recording
+
+    check_output(output)
+    opened = open_input(source, mcap)
+    pipeline.expect(opened.record, Recording, Features)
+    with steps(work, output, intrinsics) as how:
+        stations = pipeline.to_stations(opened.record, how)
+    finish("extrinsics", stations, output, [opened], given(source, mcap, intrinsics))

@@ -1,0 +1,112 @@
+"""Open what a command was given: a robot's recording, a document, or a document on stdin."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from handeye_cli.cli.grouping import given
+from handeye_cli.cli.options import Mcap, Source
+from handeye_cli.conventions import parse_duration
+from handeye_cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from handeye_cli.records import TargetSpec
+
+# Readers are imported where they are called: `--help` waits for none of them.
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A record and the file it came from.
+
+    Attributes:
+        record: What was read, with the flags applied that win over it.
+        file: Name as it was given, and SHA-256.
+    """
+
+    record: Any
+    file: tuple[str, str]
+
+
+def open_input(source: Source, mcap: Mcap) -> Opened:
+    """Read a command's input.
+
+    Raises:
+        InputError: It cannot be read or is not valid.
+        UsageError: A flag cannot act on this kind of input.
+    """
+    from handeye_cli import recording, targets
+
+    target = None if source.target is None else targets.parse(source.target)
+    if recording.is_recording(source.source):
+        return _open_mcap(source, mcap, target)
+    _refuse(given(mcap), "an MCAP recording", source.source)
+    return _open_document(source, target)
+
+
+def open_calibration(path: str | None) -> Opened | None:
+    """Read the document of a `--calibration` flag, if it was given.
+
+    Raises:
+        InputError: It cannot be read, is not valid or is no calibration.
+    """
+    if path is None:
+        return None
+    from handeye_cli import pipeline
+    from handeye_cli.records import Calibration
+
+    opened = _open_document(Source(path), None)
+    pipeline.expect(opened.record, Calibration)
+    return opened
+
+
+def _open_document(source: Source, target: TargetSpec | None) -> Opened:
+    from handeye_cli import documents, pipeline
+
+    options = documents.ReadOptions(
+        setup=source.setup,
+        pose_units=source.pose_units,
+        quaternion_order=source.quaternion_order,
+        robot_poses=source.robot_poses,
+        allow_outside=source.allow_outside,
+    )
+    read = documents.read_source(source.source, options)
+    record = read.record if target is None else pipeline.with_target(read.record, target)
+    return Opened(record, (read.name, read.sha256))
+
+
+def _open_mcap(source: Source, mcap: Mcap, target: TargetSpec | None) -> Opened:
+    from handeye_cli import recording
+
+    conventions = Source(
+        source.source,
+        pose_units=source.pose_units,
+        quaternion_order=source.quaternion_order,
+        robot_poses=source.robot_poses,
+        allow_outside=source.allow_outside,
+    )
+    _refuse(given(conventions), "a document", source.source)
+    options = recording.McapOptions(
+        setup=source.setup,
+        target=target,
+        image_topic=mcap.image_topic,
+        camera_info_topic=mcap.camera_info_topic,
+        pose_topic=mcap.pose_topic,
+        base_frame=mcap.base_frame,
+        gripper_frame=mcap.gripper_frame,
+        time_offset_ns=0 if mcap.time_offset is None else parse_duration(mcap.time_offset),
+    )
+    record = recording.read(source.source, options)
+    with Path(source.source).open("rb") as file:
+        return Opened(record, (source.source, hashlib.file_digest(file, "sha256").hexdigest()))
+
+
+def _refuse(flags: dict[str, Any], needed: str, name: str) -> None:
+    if flags:
+        raise UsageError(
+            f"--{next(iter(flags))} acts on {needed} only, and {name} is none",
+            hint="leave the flag out, or check which file is meant",
+        )

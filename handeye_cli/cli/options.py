@@ -1,0 +1,193 @@
+"""Every flag, once: frozen groups that the commands take and pass on whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from typing import Annotated
+
+import typer
+
+from handeye_cli.conventions import PoseUnits, QuaternionOrder, RobotPoses, Setup
+
+_convention = partial(typer.Option, rich_help_panel="Conventions (a flag wins over the document)")
+_robot = partial(
+    typer.Option, rich_help_panel="MCAP recordings (no flag needed for what is unique in the file)"
+)
+_estimation = partial(typer.Option, rich_help_panel="Estimation")
+_protocol = partial(typer.Option, rich_help_panel="Protocol")
+_plan = partial(typer.Option, rich_help_panel="Stations")
+_output = partial(typer.Option, rich_help_panel="Output")
+
+TargetFlag = Annotated[
+    str | None,
+    _convention(
+        metavar="SPEC", help="Target, such as chessboard:9x6:23.6mm or disc-grid:6x6:5mm:4mm."
+    ),
+]
+SetupFlag = Annotated[
+    Setup | None,
+    _convention(metavar="WHERE", help="The camera is fixed eye-in-hand or eye-to-hand."),
+]
+
+
+class Pairs(StrEnum):
+    """Which pairs of stations a closed form uses."""
+
+    STAR = "star"
+    ALL = "all"
+
+
+@dataclass(frozen=True)
+class Source:
+    """What is read and how it is meant."""
+
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="INPUT",
+            help="A recording (MCAP or document), or a document of an earlier stage; - is stdin.",
+            show_default=False,
+        ),
+    ]
+    target: TargetFlag = None
+    setup: SetupFlag = None
+    pose_units: Annotated[
+        PoseUnits | None, _convention(metavar="UNIT", help="Translations are in m or mm.")
+    ] = None
+    quaternion_order: Annotated[
+        QuaternionOrder | None, _convention(metavar="ORDER", help="Quaternions are xyzw or wxyz.")
+    ] = None
+    robot_poses: Annotated[
+        RobotPoses | None,
+        _convention(
+            metavar="WAY", help="Robot poses are given gripper-in-base or base-in-gripper."
+        ),
+    ] = None
+    allow_outside: Annotated[
+        bool,
+        _convention("--allow-outside", help="Follow image paths out of the document's folder."),
+    ] = False
+
+
+@dataclass(frozen=True)
+class Mcap:
+    """What to take from a robot's recording."""
+
+    image_topic: Annotated[str | None, _robot(metavar="TOPIC", help="Pictures.")] = None
+    camera_info_topic: Annotated[str | None, _robot(metavar="TOPIC", help="Intrinsics.")] = None
+    pose_topic: Annotated[
+        str | None, _robot(metavar="TOPIC", help="Robot poses as PoseStamped.")
+    ] = None
+    base_frame: Annotated[
+        str | None, _robot(metavar="FRAME", help="Base, for robot poses from TF.")
+    ] = None
+    gripper_frame: Annotated[
+        str | None, _robot(metavar="FRAME", help="Gripper, for robot poses from TF.")
+    ] = None
+    time_offset: Annotated[
+        str | None, _robot(metavar="TIME", help="Added to the images' times: 40ms, -12ms.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """How the work is shared out; it changes nothing in the result."""
+
+    workers: Annotated[
+        int | None,
+        _estimation(min=1, metavar="N", help="Processes for images; one per processor if not set."),
+    ] = None
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """What is estimated about the camera itself."""
+
+    calibrate_intrinsics: Annotated[
+        bool,
+        _estimation("--calibrate-intrinsics", help="Estimate the intrinsics from the same images."),
+    ] = False
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How the camera's pose on its mount is estimated."""
+
+    method: Annotated[
+        str, _estimation(metavar="NAME", help="Solver; tsai-lenz is the paper's closed form.")
+    ] = "maximum-likelihood"
+    pairs: Annotated[Pairs, _estimation(help="Pairs of stations, for methods that use them.")] = (
+        Pairs.STAR
+    )
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What a verification checks, and the limits it must keep."""
+
+    stations: Annotated[
+        str | None,
+        _protocol(
+            metavar="N,N,...",
+            help="Calibrate on the first N stations, verify on the next N, for each N; "
+            "half of all stations if not set.",
+        ),
+    ] = None
+    calibration: Annotated[
+        str | None,
+        _protocol(metavar="FILE", help="Check this calibration on all stations instead."),
+    ] = None
+    max_rotation_mrad: Annotated[
+        float | None, _protocol(min=0.0, metavar="MRAD", help="Exit 6 when a row is above it.")
+    ] = None
+    max_translation_mm: Annotated[
+        float | None, _protocol(min=0.0, metavar="MM", help="Exit 6 when a row is above it.")
+    ] = None
+    strict: Annotated[
+        bool, _protocol("--strict", help="Exit 6 when a row contradicts its prediction.")
+    ] = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The stations that are planned."""
+
+    stations: Annotated[int, _plan(metavar="N", help="Stations to calibrate on, 3 or more.")]
+    distance: Annotated[
+        str, _plan(metavar="LENGTH", help="Camera to aim point: 170mm, 0.5m, 6.65in.")
+    ] = "170mm"
+    tilt: Annotated[
+        str, _plan(metavar="ANGLE", help="Turn away from straight above the target: 30deg.")
+    ] = "30deg"
+    target: TargetFlag = None
+    setup: SetupFlag = None
+    calibration: Annotated[
+        str | None,
+        _plan(metavar="FILE", help="A first calibration: robot poses are planned with it."),
+    ] = None
+    verification: Annotated[
+        int, _plan(metavar="N", min=0, help="Stations in between, to verify on.")
+    ] = 0
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where the result goes and how much is said."""
+
+    output: Annotated[
+        str | None,
+        _output(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write the document to FILE: YAML, or JSON when it ends in .json; - is stdout.",
+        ),
+    ] = None
+    force: Annotated[bool, _output("--force", help="Replace FILE when it exists.")] = False
+    json: Annotated[bool, _output("--json", help="Print the document as JSON.")] = False
+    quiet: Annotated[
+        bool,
+        _output("--quiet", "-q", help="No report, no progress; findings and errors remain."),
+    ] = False

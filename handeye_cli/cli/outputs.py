@@ -1,0 +1,94 @@
+"""Where a result goes: a file, stdout as a document, or the terminal as a report.
+
+With `-o` the document goes to the file. Without it a pipe gets the document and a terminal the
+report. Findings go to stderr in every case.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from handeye_cli import __version__
+from handeye_cli.cli.inputs import Opened
+from handeye_cli.cli.options import Output
+from handeye_cli.errors import InputError, UsageError
+
+STDOUT = "-"
+
+
+def check_output(output: Output) -> None:
+    """Refuse a file that could not be written, before any work is done for it.
+
+    Raises:
+        UsageError: It exists and is not to be replaced.
+        InputError: Its folder does not exist.
+    """
+    if output.output in (None, STDOUT):
+        return
+    file = Path(output.output)
+    if not file.parent.is_dir():
+        raise InputError("expected an existing folder to write into", where=str(file.parent))
+    if file.exists() and not output.force:
+        raise UsageError("the file exists already", where=str(file), hint="replace it with --force")
+
+
+def finish(
+    command: str,
+    record: Any,
+    output: Output,
+    inputs: Sequence[Opened],
+    flags: Mapping[str, Any],
+) -> None:
+    """Add the step to the record's provenance, then write, print or show it.
+
+    Args:
+        command: Name of the command.
+        record: Its result.
+        output: Where it goes.
+        inputs: What was read; the provenance of the first goes on in the result.
+        flags: The flags that were given.
+    """
+    from handeye_cli import documents
+    from handeye_cli.records import ProvenanceStep
+
+    step = ProvenanceStep(command, __version__, tuple(each.file for each in inputs), flags)
+    before = inputs[0].record.provenance if inputs else ()
+    record = replace(record, provenance=(*before, step))
+    if output.output not in (None, STDOUT):
+        documents.write(record, output.output, output.force)
+    if output.json:
+        _print(documents.dump(record, "json"))
+    elif output.output == STDOUT or (output.output is None and not sys.stdout.isatty()):
+        _print(documents.dump(record, "yaml"))
+    elif sys.stdout.isatty() and not output.quiet:
+        _show_report(record)
+    _show_findings(record)
+
+
+def _print(text: str) -> None:
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        # What is left in the buffer would fail once more when Python closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise InputError(f"cannot be written: {error.strerror}", where="standard output") from error
+
+
+def _show_report(record: Any) -> None:
+    from handeye_cli.render.console import make_console
+    from handeye_cli.render.report import show
+
+    show(record, make_console(sys.stdout))
+
+
+def _show_findings(record: Any) -> None:
+    from handeye_cli.render.console import make_console, show_findings
+    from handeye_cli.render.report import findings
+
+    show_findings(make_console(sys.stderr), findings(record))

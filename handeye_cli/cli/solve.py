@@ -1,0 +1,40 @@
+"""`handeye solve`: from whatever there is to where the camera sits."""
+
+from __future__ import annotations
+
+from handeye_cli.cli.grouping import given
+from handeye_cli.cli.inputs import open_input
+from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Source, Work
+from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.progress import steps
+
+EXAMPLES = (
+    "handeye solve data.mcap --target charuco:5x7:36mm:18mm:DICT_6X6_250",
+    "handeye solve stations.yaml --method tsai-lenz -o calibration.yaml",
+)
+
+
+def solve(
+    *,
+    source: Source,
+    mcap: Mcap,
+    intrinsics: Intrinsics,
+    solver: Solver,
+    work: Work,
+    output: Output,
+) -> None:
+    """Calibrate: find the camera's pose on the gripper (or on the base) and its expected error.
+
+    The input is a recording, or any document on the way from it; a stations document needs no
+    pictures at all. Data that contradict their conventions are refused, with the likely mistake.
+    """
+    from handeye_cli import pipeline, solvers
+
+    check_output(output)
+    solvers.load(solver.method)
+    opened = open_input(source, mcap)
+    with steps(work, output, intrinsics) as how:
+        calibration = pipeline.to_calibration(
+            opened.record, how, method=solver.method, pairs=solver.pairs.value
+        )
+    finish("solve", calibration, output, [opened], given(source, mcap, intrinsics, solver))

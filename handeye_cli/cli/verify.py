@@ -1,0 +1,55 @@
+"""`handeye verify`: errors on stations that took no part in the calibration."""
+
+from __future__ import annotations
+
+from handeye_cli.cli.checks import station_counts
+from handeye_cli.cli.grouping import given
+from handeye_cli.cli.inputs import open_calibration, open_input
+from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver, Source, Work
+from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.progress import steps
+
+EXAMPLES = (
+    "handeye verify recording.yaml --stations 4,6,8,10,12",
+    "handeye verify new.mcap --calibration calibration.yaml --max-translation-mm 0.5",
+)
+
+
+def verify(
+    *,
+    source: Source,
+    mcap: Mcap,
+    protocol: Protocol,
+    intrinsics: Intrinsics,
+    solver: Solver,
+    work: Work,
+    output: Output,
+) -> None:
+    """Measure the error of a calibration on stations that took no part in it.
+
+    For each N of --stations it calibrates on stations 1 to N and predicts the camera's pose at
+    stations N+1 to 2N; with --calibration it checks an existing answer on all stations.
+    """
+    from handeye_cli import pipeline, solvers
+
+    check_output(output)
+    solvers.load(solver.method)
+    counts = station_counts(protocol)
+    existing = open_calibration(protocol.calibration)
+    opened = open_input(source, mcap)
+    with steps(work, output, intrinsics) as how:
+        stations = pipeline.to_stations(opened.record, how)
+    verification = pipeline.to_verification(
+        stations,
+        None if existing is None else existing.record,
+        counts=counts,
+        method=solver.method,
+        pairs=solver.pairs.value,
+    )
+    flags = given(source, mcap, protocol, intrinsics, solver)
+    inputs = [opened] if existing is None else [opened, existing]
+    finish("verify", verification, output, inputs, flags)
+    pipeline.check_limits(
+        verification,
+        pipeline.Limits(protocol.max_rotation_mrad, protocol.max_translation_mm, protocol.strict),
+    )

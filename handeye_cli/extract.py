@@ -1,0 +1,116 @@
+"""The stage from images to the target's points in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+from handeye_cli import targets
+from handeye_cli.errors import InputError, UsageError
+from handeye_cli.records import (
+    Camera,
+    Features,
+    GreyImage,
+    Observation,
+    RecordedStation,
+    Recording,
+    Station,
+)
+
+MOST_WORKERS = 8
+"""Images looked at at the same time, unless more are asked for."""
+
+
+def extract(
+    recording: Recording,
+    *,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Features:
+    """Find the target in every image of a recording.
+
+    No more than `workers` images are in memory at a time, and their number does not change the
+    result. Every station is kept: one whose image cannot be read or shows no target says why.
+
+    Args:
+        recording: Images and robot poses, with the target.
+        workers: Images looked at at the same time; one per processor, up to 8, when None.
+        progress: Told (done, all) after each image, in the order of the stations, or None.
+
+    Returns:
+        The points of each station. Those of a plate that looks the same after a turn are numbered
+        consistently over the stations.
+
+    Raises:
+        UsageError: The recording does not name its target, or there are no workers.
+        InputError: The target is not valid.
+    """
+    if recording.target is None:
+        raise UsageError(
+            "the recording does not say what the calibration target is",
+            hint=f"add --target, such as {_examples()}",
+        )
+    if workers is not None and workers < 1:
+        raise UsageError(f"expected at least 1 worker, found {workers}", where="--workers")
+    board = targets.build(recording.target)
+    look = partial(_look, board=board, camera=recording.camera)
+    stations = []
+    with ThreadPoolExecutor(workers or min(MOST_WORKERS, os.cpu_count() or 1)) as pool:
+        for station in pool.map(look, recording.stations):
+            stations.append(station)
+            if progress is not None:
+                progress(len(stations), len(recording.stations))
+    features = Features(
+        setup=recording.setup,
+        stations=tuple(stations),
+        target=recording.target,
+        camera=recording.camera,
+        noise=recording.noise,
+        findings=recording.findings,
+        provenance=recording.provenance,
+    )
+    return _ordered(features, board)
+
+
+def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None) -> Station:
+    station = Station(recorded.name, recorded.base_T_gripper)
+    try:
+        grey = recorded.image.load()
+    except InputError as error:
+        return _without(station, str(error))
+    wrong = _wrong_size(grey, camera)
+    if wrong is not None:
+        return _without(station, wrong)
+    seen = board.detect(grey)
+    if seen.reason is not None:
+        return _without(station, seen.reason)
+    observation = Observation(seen.ids, seen.pixels, seen.sigma_px)
+    return Station(recorded.name, recorded.base_T_gripper, observation)
+
+
+def _without(station: Station, reason: str) -> Station:
+    return Station(station.name, station.base_T_gripper, reason=reason)
+
+
+def _wrong_size(grey: GreyImage, camera: Camera | None) -> str | None:
+    height, width = grey.shape
+    if camera is None or (width, height) == (camera.width, camera.height):
+        return None
+    expected = f"{camera.width}x{camera.height}"
+    return f"expected an image of {expected} as the camera's, found one of {width}x{height}"
+
+
+def _ordered(features: Features, board: targets.Board) -> Features:
+    turns = board.turns()
+    if len(turns) < 2:
+        return features
+    from handeye_cli.ordering import order_consistently
+
+    return order_consistently(features, board.points(), turns)
+
+
+def _examples() -> str:
+    names = ("disc-grid", "chessboard", "charuco")
+    return " or ".join(targets.board_class(name).EXAMPLE for name in names)

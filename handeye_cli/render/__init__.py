@@ -1,0 +1,1 @@
+"""Records as text for people; nothing is computed here beyond a change of unit."""

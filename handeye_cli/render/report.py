@@ -1,0 +1,34 @@
+"""The report of any record of the line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+
+from handeye_cli.records import Calibration, Features, Finding, Plan, Stations, Verification
+from handeye_cli.render.calibration import show_calibration
+from handeye_cli.render.plan import show_plan
+from handeye_cli.render.stations import show_features, show_stations
+from handeye_cli.render.verification import show_verification
+
+_REPORTS: dict[type, Any] = {
+    Features: show_features,
+    Stations: show_stations,
+    Calibration: show_calibration,
+    Verification: show_verification,
+    Plan: show_plan,
+}
+
+
+def show(record: Any, console: Console) -> None:
+    """Print the report of a record; its findings are not part of it."""
+    _REPORTS[type(record)](record, console)
+
+
+def findings(record: Any) -> tuple[Finding, ...]:
+    """Return what a record has to say about its data."""
+    found: tuple[Finding, ...] = (
+        record.findings if isinstance(record, Features | Stations) else record.diagnosis
+    )
+    return found

@@ -1,0 +1,72 @@
+"""`handeye verify`: the paper's protocol, an existing answer, and the limits."""
+
+import json
+
+import pytest
+import yaml
+from cli.scene import stations_document
+
+
+def test_one_row_for_each_count(handeye, stations_file):
+    done = handeye("verify", stations_file, "--stations", "3,4, 5")
+    assert done.code == 0
+    rows = yaml.safe_load(done.out)["rows"]
+    assert [row["stations"] for row in rows] == [3, 4, 5]
+    assert [len(row["errors"]) for row in rows] == [3, 4, 5]
+
+
+def test_half_of_the_stations_without_the_flag(handeye, stations_file):
+    (row,) = yaml.safe_load(handeye("verify", stations_file).out)["rows"]
+    assert row["stations"] == 5
+    assert [error["name"] for error in row["errors"]] == ["05", "06", "07", "08", "09"]
+
+
+def test_more_stations_than_there_are(handeye, stations_file):
+    done = handeye("verify", stations_file, "--stations", "4,6")
+    assert (done.code, done.out) == (2, "")
+    assert "found 6" in done.err
+
+
+@pytest.fixture
+def calibration_file(handeye, stations_file, tmp_path):
+    path = tmp_path / "calibration.yaml"
+    assert handeye("solve", stations_file, "-o", path).code == 0
+    return path
+
+
+@pytest.fixture
+def new_stations(tmp_path):
+    path = tmp_path / "new.json"
+    path.write_text(json.dumps(stations_document(7, seed=6)), encoding="utf-8")
+    return path
+
+
+def test_an_existing_calibration_on_new_stations(handeye, calibration_file, new_stations):
+    done = handeye("verify", new_stations, "--calibration", calibration_file)
+    assert done.code == 0, done.err
+    document = yaml.safe_load(done.out)
+    (row,) = document["rows"]
+    assert len(row["errors"]) == 7
+    # One pose of the robot and one of the camera, 0.2 mrad and 0.1 mm each, and the answer's part.
+    assert 0.1 < row["rotation_mrad"] < 0.6
+    assert 0.05 < row["translation_mm"] < 0.4
+    files = [each["file"] for each in document["provenance"][-1]["inputs"]]
+    assert files == [str(new_stations), str(calibration_file)]
+
+
+@pytest.mark.parametrize(
+    ("flag", "limit", "unit"),
+    [("--max-rotation-mrad", "0.001", "mrad"), ("--max-translation-mm", "0.002", "mm")],
+)
+def test_a_limit_that_is_missed(handeye, stations_file, flag, limit, unit):
+    done = handeye("verify", stations_file, flag, limit)
+    assert done.code == 6
+    assert "calibrated on 5 stations: expected a" in done.err
+    assert f"up to {limit} {unit}, found 0." in done.err
+    assert yaml.safe_load(done.out)["rows"], "the result is shown all the same"
+
+
+def test_limits_that_are_kept(handeye, stations_file):
+    limits = ["--max-rotation-mrad", "5", "--max-translation-mm", "5", "--strict"]
+    done = handeye("verify", stations_file, *limits)
+    assert (done.code, done.err) == (0, "")
