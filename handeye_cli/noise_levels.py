@@ -30,13 +30,15 @@ class NoiseModel:
     Attributes:
         noise: The levels as RMS magnitudes.
         covariance: (N, 12, 12) of the perturbations of A_i and B_i together.
-        shapes: (K, N, 12, 12) its derivative by each estimated variance; K is 0 where all is given.
+        variances: (K,) the estimated ones; K is 0 where all is given.
+        shapes: (K, N, 12, 12) derivative of the covariance by each of them.
         information: (K, K) on the estimated variances.
         converged: Whether the estimation settled.
     """
 
     noise: Noise
     covariance: FloatArray
+    variances: FloatArray
     shapes: FloatArray
     information: FloatArray
     converged: bool = True
@@ -67,7 +69,8 @@ def noise_model(
         free = [name for name in _CAMERA if levels[name] is None]
     if not free:
         nothing = np.zeros((0, *known.shape))
-        return NoiseModel(_summary(given, chain, known), known, nothing, np.zeros((0, 0)))
+        summary = _summary(given, chain, known)
+        return NoiseModel(summary, known, np.zeros(0), nothing, np.zeros((0, 0)))
     begin = _size_of_residuals(chain, solution) if start is None else start
     return _estimated(chain, given, solution, known, {name: getattr(begin, name) for name in free})
 
@@ -108,7 +111,9 @@ def _estimated(
     covariance = known + np.tensordot(found.variances, shapes, axes=1)
     levels = dict(zip(free, np.sqrt(found.variances).tolist(), strict=True))
     noise = _summary(replace(given, **levels), chain, covariance)
-    return NoiseModel(noise, covariance, shapes, found.information, found.converged)
+    return NoiseModel(
+        noise, covariance, found.variances, shapes, found.information, found.converged
+    )
 
 
 def _summary(levels: Noise, chain: Chain, covariance: FloatArray) -> Noise:

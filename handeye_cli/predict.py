@@ -52,14 +52,17 @@ def predicted_error(
 
 
 def _freedom(total: float, gradient: FloatArray, information: FloatArray) -> float:
-    """Return the degrees of freedom of an estimated mean square; infinite where all was given."""
+    """Return the degrees of freedom of an estimated mean square; infinite where all was given.
+
+    Less than one is no estimate at all, and is counted as one.
+    """
     if gradient.size == 0 or total <= 0.0:
         return math.inf
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = information * scale[:, None] * scale
     spread = scale * (np.linalg.pinv(scaled, hermitian=True) @ (scale * gradient))
     variance = float(gradient @ spread)
-    return 2.0 * total**2 / variance if variance > 0.0 else math.inf
+    return max(2.0 * total**2 / variance, 1.0) if variance > 0.0 else math.inf
 
 
 def paper_prediction(

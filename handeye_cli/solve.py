@@ -28,8 +28,8 @@ from handeye_cli.solvers import Problem, Solution
 PAIRS = {"star": star.star_pairs, "all": star.all_pairs}
 """Ways to choose interstation pairs."""
 _ROUNDS = 30
-_SETTLED = 1e-7
-"""Relative change of the noise levels at which noise and answer agree with each other."""
+_SETTLED = 1e-3
+"""Change of the noise, in its own standard deviations, at which noise and answer agree."""
 
 
 def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Calibration:
@@ -117,8 +117,8 @@ def estimate(
                 hint="try --method tsai-lenz, and look at the residuals of the stations",
             )
         previous, model = model, noise_model(chain, given, solution, model.noise)
-        change = np.abs(model.covariance - previous.covariance).max()
-        if change <= _SETTLED * np.abs(model.covariance).max():
+        change = model.variances - previous.variances
+        if change @ model.information @ change <= _SETTLED**2:
             return problem, solution, model
     raise ConvergenceError(
         f"the noise levels did not settle in {_ROUNDS} rounds on {len(chain.A)} stations",

@@ -16,7 +16,7 @@ from handeye_cli.plan import plan
 def test_default_plan_is_the_papers_generator():
     planned = plan(7)
     poses = np.stack([station.target_T_camera for station in planned.stations])
-    assert poses == pytest.approx(generate_stations(7, 0.25, math.radians(30.0)))
+    assert poses == pytest.approx(generate_stations(7, 0.17, math.radians(30.0)))
     assert planned.pairs == tuple(map(tuple, star_pairs(7).tolist()))
     assert planned.setup is Setup.EYE_IN_HAND
     assert all(station.base_T_gripper is None for station in planned.stations)

@@ -84,7 +84,7 @@ def test_half_of_the_usable_stations_is_the_default():
 
 def test_too_few_stations_are_refused():
     rng = np.random.default_rng(11)
-    with pytest.raises(UndeterminedError, match="at least 6 usable stations.*found 5"):
+    with pytest.raises(UndeterminedError, match=r"at least 6 usable stations.*found 5"):
         verify(stations(rng, scene(rng, 5), NOISE))
 
 

@@ -86,26 +86,37 @@ def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bo
         (..., 2) coordinates on the plane z = 1; NaN where no direction has this pixel as image.
     """
     wanted = (pixels - parameters[2:4]) / parameters[:2]
-    if not np.any(parameters[4:]) and model != "equidistant":
+    if model == "equidistant":
+        return _unbend(wanted, parameters[4:])
+    if not np.any(parameters[4:]):
         return np.asarray(wanted)
-    xy = _start(wanted, model)
+    xy = wanted
     for _ in range(_NEWTON_STEPS):
         distorted, slope, _ = distort(xy, parameters[4:], model)
         error = distorted - wanted
         if np.all(np.abs(error) < 1e-14):
             break
         xy = xy - _solve2(slope, error)
-    distorted, _, _ = distort(xy, parameters[4:], model)
-    missed = np.max(np.abs(distorted - wanted), axis=-1, keepdims=True) > 1e-9
-    return np.where(missed, np.nan, xy)
+    distorted, slope, _ = distort(xy, parameters[4:], model)
+    hit = np.max(np.abs(distorted - wanted), axis=-1) <= 1e-9
+    # Beyond its fold the model maps a second, mirrored direction to the same pixel.
+    unfolded = (np.linalg.det(slope) > 0) & (np.trace(slope, axis1=-2, axis2=-1) > 0)
+    return np.where((hit & unfolded)[..., None], xy, np.nan)
 
 
-def _start(wanted: FloatArray, model: str) -> FloatArray:
-    if model != "equidistant":
-        return wanted
-    radius = np.linalg.norm(wanted, axis=-1, keepdims=True)
-    inside = np.clip(radius, 1e-12, 1.5)
-    return np.asarray(wanted * np.tan(inside) / inside)
+def _unbend(wanted: FloatArray, coefficients: FloatArray) -> FloatArray:
+    """Invert the equidistant model: Newton's method on the angle to the axis alone."""
+    k = np.concatenate([coefficients, np.zeros(_EQUIDISTANT_SIZE - coefficients.size)])
+    radius = np.linalg.norm(wanted, axis=-1)
+    theta = np.minimum(radius, 0.5 * np.pi)
+    for _ in range(_NEWTON_STEPS):
+        powers = theta[..., None] ** np.array([2, 4, 6, 8])
+        slope = 1 + powers @ (k * np.array([3, 5, 7, 9]))
+        theta = theta - (theta * (1 + powers @ k) - radius) / np.where(slope > 0, slope, np.nan)
+    bent = theta * (1 + theta[..., None] ** np.array([2, 4, 6, 8]) @ k)
+    valid = (np.abs(bent - radius) <= 1e-9) & (theta < 0.5 * np.pi)
+    gain = np.where(radius > 1e-12, np.tan(theta) / np.maximum(radius, 1e-12), 1.0)
+    return np.where(valid[..., None], wanted * gain[..., None], np.nan)
 
 
 def _solve2(matrix: FloatArray, vector: FloatArray) -> FloatArray:

@@ -18,7 +18,9 @@ from handeye_cli.geometry import rotations
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SEEDS = 6
+_SEEDS = 8
+_REPEATED = 0.1
+"""Worth of a seed for each time that one of its stations was used before."""
 _POOL = 40
 """Stations that seeds are looked for among; more would cost memory and gain nothing."""
 _SMALLEST_AREA = 1e-3
@@ -92,19 +94,27 @@ def _pick(candidates: FloatArray, choice: IntArray) -> FloatArray:
 
 
 def _seed_triples(robot: FloatArray) -> list[tuple[int, int, int]]:
-    """Triples of stations whose motions turn about well separated axes, the best of each seed."""
+    """Triples of stations whose motions turn about well separated axes.
+
+    Each station is used as seldom as possible, so that a wrong one spoils few of them.
+    """
     pool = np.unique(np.linspace(0, len(robot) - 1, min(len(robot), _POOL)).astype(int))
     turns = rotations.log(np.swapaxes(robot[pool, None], -1, -2) @ robot[pool])
     areas = np.linalg.norm(np.cross(turns[:, :, None], turns[:, None]), axis=-1)
-    best = np.argmax(areas.reshape(len(pool), -1), axis=1)
-    second, third = np.unravel_index(best, areas.shape[1:])
-    size = areas[np.arange(len(pool)), second, third]
-    order = np.argsort(-size, kind="stable")[:_SEEDS]
-    return [
-        (int(pool[seed]), int(pool[second[seed]]), int(pool[third[seed]]))
-        for seed in order
-        if size[seed] > _SMALLEST_AREA
-    ]
+    areas = np.where(areas > _SMALLEST_AREA, areas, 0.0)
+    used = np.zeros(len(pool))
+    triples = []
+    for _ in range(_SEEDS):
+        often = used[:, None, None] + used[:, None] + used
+        best = int(np.argmax(areas * _REPEATED**often))
+        triple = np.unravel_index(best, areas.shape)
+        if areas[triple] == 0.0:
+            break
+        areas[triple] = 0.0
+        used[list(triple)] += 1.0
+        first, second, third = (int(pool[i]) for i in triple)
+        triples.append((first, second, third))
+    return triples
 
 
 def _from_seed(

@@ -17,7 +17,7 @@ from handeye_cli.geometry.camera import Lens, normalise, project, project_jacobi
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_MAX_STEPS = 60
+_MAX_STEPS = 100
 _HOPELESS = 1e12
 """Damping at which no step helps any more."""
 _SAME_POSE = 1e-3
@@ -217,7 +217,11 @@ def refine(start: FloatArray, seen: Sightings, lens: Lens) -> tuple[FloatArray, 
         (..., 4, 4) poses and (...) sums of squared residuals, infinite for a target behind the
         camera.
     """
-    poses = start
+    # About the middle of what was seen, turning and shifting hardly depend on each other.
+    weight = seen.mask / np.sum(seen.mask, axis=-1, keepdims=True)
+    middle = np.sum(seen.points * weight[..., None], axis=-2)
+    seen = replace(seen, points=seen.points - middle[..., None, :])
+    poses = start @ se3.from_parts(np.eye(3), middle)
     squares = squared_residuals(poses, seen, lens)
     damping = np.full(squares.shape, 1e-4)
     for _ in range(_MAX_STEPS):
@@ -237,7 +241,7 @@ def refine(start: FloatArray, seen: Sightings, lens: Lens) -> tuple[FloatArray, 
         small = gain <= _GAIN_TOLERANCE * squares + 1e-22
         if np.all(small | (damping >= _HOPELESS)):
             break
-    return poses, squares
+    return poses @ se3.from_parts(np.eye(3), -middle), squares
 
 
 def pose_information(poses: FloatArray, seen: Sightings, lens: Lens) -> FloatArray:

@@ -11,59 +11,69 @@ FloatArray = NDArray[np.float64]
 
 MAX_OVER_RMS = 2.3285
 """99.9 % quantile of |v| over its RMS for an isotropic 3-vector: the largest of a thousand."""
-_NODES = 1000
-_KNOWN = 1e4
-"""With more degrees of freedom than this a scale counts as known."""
+_RINGS = 48
+_RING_POINTS = 48
+_NODES = 8001
+_TAIL = 36.0
+"""Natural logarithm by which the density has decayed where its integration ends."""
 
 
 def radius(covariance: FloatArray, probability: float, freedom: float = math.inf) -> float:
-    """Return the radius that a normal vector's magnitude stays below with a given probability.
+    """Return the radius that a normal 3-vector's magnitude stays below with a given probability.
+
+    In a direction u of the whitened vector the radius is `rho sqrt(u' C u)`, with rho^2 a
+    chi-square of three degrees of freedom, or 3 F(3, freedom) where the scale of C was estimated.
+    The probability is the mean over all directions of that one-dimensional distribution.
 
     Args:
-        covariance: (d, d) covariance of the vector.
+        covariance: (3, 3) covariance of the vector.
         probability: Between 0 and 1.
-        freedom: Degrees of freedom with which the covariance's scale was estimated; infinite when
-            it is known.
+        freedom: Degrees of freedom with which the covariance's scale was estimated, at least 1;
+            infinite when it is known.
 
     Returns:
         The radius in the vector's unit.
+
+    Raises:
+        ValueError: Fewer degrees of freedom than one, or no number.
     """
-    weights = np.linalg.eigvalsh(covariance)
-    weights = np.maximum(weights, 0.0)
-    mean = float(np.sum(weights))
-    if mean <= 0.0:
+    if not freedom >= 1.0:
+        raise ValueError(f"expected at least 1 degree of freedom, found {freedom}")
+    weights = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
+    total = float(np.sum(weights))
+    if total <= 0.0:
         return 0.0
-    weights = weights[weights > 1e-9 * mean] / mean
-    low, high = 0.0, 4.0
-    while _exceeds(weights, high, freedom) > 1.0 - probability:
-        low, high = high, 2.0 * high
-    for _ in range(30):
+    stretch = np.log(np.maximum(_directions() @ (weights / total), 1e-300))
+    grid, cumulative = _log_distribution(freedom)
+    low, high = grid[0] + math.log(1e-6), grid[-1]
+    for _ in range(60):
         middle = 0.5 * (low + high)
-        if _exceeds(weights, middle, freedom) > 1.0 - probability:
+        if float(np.mean(np.interp(middle - stretch, grid, cumulative))) < probability:
             low = middle
         else:
             high = middle
-    return math.sqrt(0.5 * (low + high) * mean)
+    return math.sqrt(total * math.exp(0.5 * (low + high)))
 
 
-def _exceeds(weights: FloatArray, limit: float, freedom: float) -> float:
-    """Return P(sum w_i z_i^2 > limit * chi2(freedom) / freedom) by Imhof's integral.
+def _directions() -> FloatArray:
+    """Return (n, 3) squared components of unit vectors spread evenly over the octant."""
+    height = (np.arange(_RINGS) + 0.5) / _RINGS
+    angle = (np.arange(_RING_POINTS) + 0.5) * (0.5 * np.pi / _RING_POINTS)
+    across = (1.0 - height**2)[:, None]
+    x, y = across * np.cos(angle) ** 2, across * np.sin(angle) ** 2
+    z = np.broadcast_to((height**2)[:, None], x.shape)
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
 
-    Imhof, J. P. (1961), Computing the distribution of quadratic forms in normal variables.
-    With a known scale the chi-square is the constant 1.
-    """
-    u = (np.arange(_NODES) + 0.5) / _NODES
-    stretch = 1.0 / float(np.max(weights))
-    x = stretch * u / (1.0 - u) ** 2
-    slope = stretch * (1.0 + u) / (1.0 - u) ** 3
-    spread = np.outer(weights, x)
-    angle = 0.5 * np.sum(np.arctan(spread), axis=0)
-    decay = 0.25 * np.sum(np.log1p(spread**2), axis=0)
-    if freedom > _KNOWN:
-        angle -= 0.5 * limit * x
-    else:
-        share = limit / freedom
-        angle -= 0.5 * freedom * np.arctan(share * x)
-        decay += 0.25 * freedom * np.log1p((share * x) ** 2)
-    integrand = np.sin(angle) * np.exp(-decay) / x * slope
-    return 0.5 + float(np.mean(integrand)) / math.pi
+
+def _log_distribution(freedom: float) -> tuple[FloatArray, FloatArray]:
+    """Return log(rho^2) on a grid and its distribution function there."""
+    known = math.isinf(freedom)
+    upper = math.log(4.0 * _TAIL) if known else math.log(freedom + 4.0 * _TAIL)
+    upper += 0.0 if known else 2.0 * _TAIL / freedom
+    grid = np.linspace(-_TAIL, upper, _NODES)
+    x = np.exp(grid)
+    decay = -0.5 * x if known else -0.5 * (3.0 + freedom) * np.log1p(x / freedom)
+    density = np.exp(1.5 * grid + decay - np.max(1.5 * grid + decay))
+    steps = 0.5 * (density[1:] + density[:-1])
+    cumulative = np.concatenate([[0.0], np.cumsum(steps)])
+    return grid, cumulative / cumulative[-1]

@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 _MAX_STEPS = 100
 _TOLERANCE = 1e-9
 _LARGEST_STEP = 2.0
+_RANK_TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ def estimate(
         floor: (K,) smallest variances considered, positive.
     """
     variances = np.maximum(start, floor)
+    design = _orthonormal(design)
     damping, converged = 1e-3, False
     likelihood, score, information = _likelihood(residuals, design, known, shapes, variances)
     for _ in range(_MAX_STEPS):
@@ -80,6 +82,14 @@ def estimate(
     return VarianceComponents(variances, information, converged)
 
 
+def _orthonormal(design: FloatArray) -> FloatArray:
+    """Return a design of full rank with the same span; columns that say nothing are dropped."""
+    flat = design.reshape(-1, design.shape[-1])
+    scale = np.linalg.norm(flat, axis=0)
+    basis, size, _ = np.linalg.svd(flat / np.where(scale > 0, scale, 1.0), full_matrices=False)
+    return basis[:, size > _RANK_TOLERANCE * size[0]].reshape(*design.shape[:-1], -1)
+
+
 def _likelihood(
     residuals: FloatArray,
     design: FloatArray,
@@ -87,14 +97,15 @@ def _likelihood(
     shapes: FloatArray,
     variances: FloatArray,
 ) -> tuple[float, FloatArray, FloatArray]:
-    """Return the restricted log-likelihood, its score and its expected information, in O(N)."""
+    """Return the restricted log-likelihood, its score and its expected information, in O(N).
+
+    The design must have full rank.
+    """
     covariance = known + np.tensordot(variances, shapes, axes=1)
     weight = np.linalg.inv(covariance)
     WJ = weight @ design
     M = np.einsum("nij,nik->jk", design, WJ)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
-    unit = M * scale[:, None] * scale
-    M_inverse = np.linalg.pinv(unit, hermitian=True) * scale[:, None] * scale
+    M_inverse = np.linalg.inv(M)
     fitted = M_inverse @ np.einsum("nij,ni->j", WJ, residuals)
     Pe = (weight @ (residuals - design @ fitted)[..., None])[..., 0]
     WV, VWJ = weight @ shapes, shapes @ WJ
@@ -105,9 +116,6 @@ def _likelihood(
     mixed = np.tensordot(VWJ @ M_inverse, WVWJ, axes=([1, 2, 3], [1, 2, 3]))
     crossed = np.einsum("knij,lnji->kl", WV, WV) + np.einsum("kab,lba->kl", MG, MG)
     information = 0.5 * crossed - mixed
-    eigenvalues = np.linalg.eigvalsh(unit)
-    solid = eigenvalues > eigenvalues[-1] * 1e-15
-    log_det = np.sum(np.linalg.slogdet(covariance)[1]) - 2.0 * np.sum(np.log(scale))
-    log_det += np.sum(np.log(eigenvalues[solid]))
+    log_det = np.sum(np.linalg.slogdet(covariance)[1]) + np.linalg.slogdet(M)[1]
     value = -0.5 * (log_det + float(np.sum(residuals * Pe)))
     return float(value), 0.5 * (quadratic - trace), information

@@ -15,11 +15,9 @@ def test_the_papers_circle(handeye):
     places = np.array([each["target_T_camera"]["translation"] for each in document["stations"]])
     np.testing.assert_allclose(np.linalg.norm(places, axis=1), 0.17, atol=1e-12)
     assert len(document["pairs"]) == 7
-    assert document["provenance"][0]["options"] == {
-        "stations": 7,
-        "distance": "170mm",
-        "tilt": "30deg",
-    }
+    assert document["provenance"][0]["options"] == {"stations": 7}
+    short = handeye("plan", "--stations", "7")
+    assert short.out == done.out
 
 
 def test_the_aim_is_the_targets_centre(handeye):

@@ -18,7 +18,7 @@ PLAN = ["plan", "--stations", "7", "--distance", "170mm", "--tilt", "30deg"]
         ["solve", "in.yaml", "--pairs", "some"],
         ["solve", "in.yaml", "--workers", "0"],
         ["verify", "in.yaml", "--max-rotation-mrad", "-1"],
-        ["plan", "--stations", "7"],
+        ["plan", "--distance", "170mm"],
         ["plan", "--stations", "seven", "--distance", "1m", "--tilt", "30deg"],
     ],
 )

