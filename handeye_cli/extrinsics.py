@@ -21,7 +21,7 @@ from handeye_cli.records import (
     Stations,
     UncertainPose,
 )
-from handeye_cli.views import MIN_POINTS, Views, pose_candidates, views_of
+from handeye_cli.views import Views, pose_candidates, views_of
 
 _CLEAR_MARGIN = 12.0
 """Chi-square by which the second answer to the planar ambiguity should be worse."""
@@ -157,7 +157,7 @@ def _without_pose(station: Station) -> Station:
     seen = station.observation
     if station.reason or seen is None:
         return replace(station, camera_T_target=None, reason=station.reason or "no target points")
-    if len(seen.ids) < MIN_POINTS:
-        reason = f"{len(seen.ids)} points were seen, at least {MIN_POINTS} are needed"
+    if len(seen.ids) < pnp.MIN_POINTS:
+        reason = f"{len(seen.ids)} points were seen, at least {pnp.MIN_POINTS} are needed"
         return replace(station, camera_T_target=None, reason=reason)
     return replace(station, camera_T_target=None)

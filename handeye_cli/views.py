@@ -11,9 +11,6 @@ from handeye_cli.conventions import Setup
 from handeye_cli.geometry import pnp, se3
 from handeye_cli.records import Camera, FloatArray, IntArray, Station
 
-MIN_POINTS = 4
-"""Points a view needs: four fix the pose of a plane."""
-
 
 @dataclass(frozen=True)
 class Views:
@@ -64,7 +61,7 @@ def views_of(stations: Sequence[Station], points: FloatArray) -> Views:
     usable = [
         (i, station, station.observation)
         for i, station in enumerate(stations)
-        if station.observation is not None and len(station.observation.ids) >= MIN_POINTS
+        if station.observation is not None and len(station.observation.ids) >= pnp.MIN_POINTS
     ]
     pixels = np.zeros((len(usable), len(points), 2))
     mask = np.zeros((len(usable), len(points)), dtype=bool)

@@ -17,6 +17,8 @@ from handeye_cli.geometry.camera import Lens, normalise, project, project_jacobi
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+MIN_POINTS = 4
+"""Points a view needs: four fix the pose of a plane."""
 _MAX_STEPS = 100
 _HOPELESS = 1e12
 """Damping at which no step helps any more."""

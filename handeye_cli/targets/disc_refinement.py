@@ -1,0 +1,80 @@
+"""From rough disc centres to the images of the true centres, through the camera if it is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli.geometry import pnp
+from handeye_cli.geometry.camera import Lens, normalise, project
+from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
+from handeye_cli.geometry.disc_pixels import PlateToPixel
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
+from handeye_cli.targets.board import Detection
+
+_FARTHEST = 2.0
+"""A fitted centre farther than this from the rough one, in pixels, went elsewhere."""
+_LARGEST_GROWTH = 0.3
+_LARGEST_MISFIT = 25.0
+"""Mean square residual, over the median of all discs, of a disc that is covered or stained."""
+_LOWEST_CONTRAST = 0.3
+"""Contrast, over the median of all discs, below which a disc is no disc."""
+
+
+def refine_discs(
+    grey: GreyImage, discs: FloatArray, ids: IntArray, rough: FloatArray, camera: Camera | None
+) -> Detection:
+    """Fit the discs that were roughly found.
+
+    Args:
+        grey: (height, width) image.
+        discs: (n, 3) centre (x, y) and radius of the plate's discs, metres.
+        ids: (m,) which of them were found.
+        rough: (m, 2) their centres, good to about a pixel.
+        camera: Intrinsics; without them a plane without distortion is assumed.
+
+    Returns:
+        The discs whose fit holds, with the pixel noise that the image's own noise leaves.
+    """
+    seen = discs[ids]
+    fit = fit_discs(grey, seen, _plate_map(seen, rough, camera), rough)
+    good = _holds(fit, rough)
+    if good.sum() < pnp.MIN_POINTS:
+        return Detection.missing(f"the edges of {len(ids)} discs are too blurred or too faint")
+    spread = np.trace(fit.covariance[good], axis1=1, axis2=2) / 2.0
+    return Detection(ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
+
+
+def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
+    relative = fit.contrast / np.median(fit.contrast)
+    return np.asarray(
+        (np.linalg.norm(fit.pixels - rough, axis=1) < _FARTHEST)
+        & (np.abs(fit.growth - np.median(fit.growth)) < _LARGEST_GROWTH)
+        & (fit.misfit < _LARGEST_MISFIT)
+        & (relative > _LOWEST_CONTRAST)
+    )
+
+
+def _plate_map(discs: FloatArray, pixels: FloatArray, camera: Camera | None) -> PlateToPixel:
+    """Return the map from the plate to the pixels that fits the centres best."""
+    points = np.pad(discs[:, :2], ((0, 0), (0, 1)))
+    mask = np.ones(len(points), dtype=bool)
+    if camera is None:
+        H = pnp.homography(discs[:, :2], pixels, mask)
+        return lambda p: _projective(H, p)
+    lens = Lens(camera.parameters, camera.model)
+    # Which of the two planar poses it is makes no difference to the shape of a disc.
+    flat = pnp.homography(discs[:, :2], normalise(pixels, lens.parameters, lens.model), mask)
+    start = pnp.pose_from_homography(flat)
+    pose, _ = pnp.refine(start, pnp.Sightings(points, pixels, mask), lens)
+    return lambda p: _through_camera(pose, lens, p)
+
+
+def _projective(H: FloatArray, plate: FloatArray) -> FloatArray:
+    mapped = plate @ H[:, :2].T + H[:, 2]
+    return np.asarray(mapped[..., :2] / mapped[..., 2:])
+
+
+def _through_camera(pose: FloatArray, lens: Lens, plate: FloatArray) -> FloatArray:
+    here = plate @ pose[:3, :2].T + pose[:3, 3]
+    return project(here, lens.parameters, lens.model)

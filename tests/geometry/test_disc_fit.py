@@ -1,0 +1,167 @@
+"""The fit of discs against pictures drawn with known truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import pytest
+
+from handeye_cli.geometry import rotations, se3
+from handeye_cli.geometry.camera import project
+from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
+from handeye_cli.records import Camera
+from handeye_cli.simulate.render import Appearance, render_discs
+
+CAMERA = Camera(480, 400, 620.0, 615.0, 240.0, 200.0, (-0.2, 0.05, 1e-3, -1e-3, 0.0))
+COLUMN, ROW = np.meshgrid(np.arange(5), np.arange(5))
+CENTRES = 5e-3 * np.stack([COLUMN.ravel(), ROW.ravel()], axis=1)
+DISCS = np.concatenate([CENTRES, np.full((25, 1), 2e-3)], axis=1)
+LIGHT = Appearance(gradient=(0.2, 0.1))
+
+
+@dataclass(frozen=True)
+class View:
+    """A pose of the plate with the truth of its picture."""
+
+    pose: np.ndarray
+
+    @classmethod
+    def at(cls, rng, tilt_deg, distance=0.065):
+        across = rng.uniform(0, 2 * np.pi)
+        tilt = np.radians(tilt_deg) * np.array([np.cos(across), np.sin(across), 0.0])
+        R = rotations.exp(tilt) @ rotations.exp(np.array([0, 0, rng.uniform(-3, 3)]))
+        middle = R @ np.append(CENTRES.mean(axis=0), 0.0)
+        aside = distance * rng.uniform(-0.03, 0.03, 2)
+        return cls(se3.from_parts(R, np.append(aside, distance) - middle))
+
+    def to_pixel(self, plate):
+        points = np.concatenate([plate, np.zeros((*plate.shape[:-1], 1))], axis=-1)
+        here = points @ self.pose[:3, :3].T + self.pose[:3, 3]
+        return project(here, CAMERA.parameters)
+
+    @property
+    def truth(self):
+        return self.to_pixel(CENTRES)
+
+    def picture(self, rng=None, radius=2e-3, **look):
+        look = Appearance(**{"gradient": (0.2, 0.1), **look})
+        centres = np.pad(CENTRES, ((0, 0), (0, 1)))
+        return render_discs(
+            CAMERA, self.pose, centres, np.full(25, radius), appearance=look, rng=rng
+        )
+
+    def fit(self, rng, picture) -> DiscFit:
+        start = self.truth + rng.normal(scale=0.2, size=self.truth.shape)
+        return fit_discs(picture, DISCS, self.to_pixel, start)
+
+
+def rms(fit, view):
+    return float(np.sqrt(np.mean((fit.pixels - view.truth) ** 2)))
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 20.0, 40.0, 55.0])
+def test_centres_have_the_errors_that_the_noise_leaves(tilt_deg):
+    """Chi-square of 2 per disc over 75 discs, and the noise of the pixels, both two-sided."""
+    rng = np.random.default_rng(int(tilt_deg))
+    squares, noise = [], []
+    for _ in range(3):
+        view = View.at(rng, tilt_deg)
+        fit = view.fit(rng, view.picture(rng, noise=3.0))
+        error = fit.pixels - view.truth
+        squares.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(fit.covariance), error))
+        noise.append(fit.noise)
+    assert np.mean(squares) == pytest.approx(2.0, abs=4 * 2 / np.sqrt(75))
+    # rounding to whole grey levels adds 1 / 12
+    assert np.mean(noise) == pytest.approx(np.sqrt(9 + 1 / 12), rel=0.03)
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 20.0, 40.0, 55.0])
+def test_without_noise_the_centre_is_the_discs_and_not_the_ellipses(tilt_deg):
+    rng = np.random.default_rng(50 + int(tilt_deg))
+    view = View.at(rng, tilt_deg)
+    fit = view.fit(rng, view.picture())
+    assert rms(fit, view) < 0.0015
+    assert np.max(np.abs(fit.growth)) < 0.005
+    assert fit.blur == pytest.approx(np.sqrt(0.7**2 + 1 / 12), rel=0.03)
+
+
+@pytest.mark.parametrize("distance", [0.05, 0.09, 0.16, 0.24])
+def test_discs_from_ten_to_fifty_pixels(distance):
+    """At the far end the gaps are two pixels wide, and the neighbours' edges reach across."""
+    rng = np.random.default_rng(7)
+    view = View.at(rng, 30.0, distance)
+    fit = view.fit(rng, view.picture())
+    assert rms(fit, view) < 0.003
+    noisy = view.fit(rng, view.picture(rng, noise=2.0))
+    sigma = np.sqrt(np.mean(np.trace(noisy.covariance, axis1=1, axis2=2)) / 2)
+    assert rms(noisy, view) == pytest.approx(sigma, rel=0.45)
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        {"blur_px": 0.4},
+        {"blur_px": 1.5},
+        {"gradient": (0.5, -0.4)},
+        {"ink": 205.0, "paper": 35.0},
+        {"ink": 100.0, "paper": 160.0},
+    ],
+)
+def test_light_and_lens_may_vary(look):
+    rng = np.random.default_rng(11)
+    view = View.at(rng, 35.0)
+    fit = view.fit(rng, view.picture(**look))
+    assert rms(fit, view) < 0.004
+    expected = look.get("paper", 205.0) - look.get("ink", 35.0)
+    assert np.median(fit.contrast) == pytest.approx(expected, rel=0.1)
+
+
+def test_discs_printed_five_percent_too_large():
+    rng = np.random.default_rng(13)
+    view = View.at(rng, 35.0)
+    fit = view.fit(rng, view.picture(radius=2.1e-3))
+    assert rms(fit, view) < 0.01
+    assert np.median(fit.growth) == pytest.approx(0.05, abs=0.003)
+
+
+def test_compressed_pictures_lose_little():
+    rng = np.random.default_rng(17)
+    view = View.at(rng, 30.0)
+    _, data = cv2.imencode(".jpg", view.picture(rng, noise=1.0), [cv2.IMWRITE_JPEG_QUALITY, 80])
+    picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+    assert rms(view.fit(rng, picture), view) < 0.01
+
+
+def test_a_covered_disc_stands_out_and_leaves_the_others_alone():
+    rng = np.random.default_rng(19)
+    view = View.at(rng, 10.0)
+    picture = view.picture(rng, noise=2.0)
+    u, v = np.rint(view.truth[12]).astype(int)
+    picture[v - 20 : v + 1, u - 20 : u + 21] = 120
+    fit = view.fit(rng, picture)
+    assert fit.misfit[12] > 50.0
+    others = np.delete(np.arange(25), 12)
+    assert np.sqrt(np.mean((fit.pixels - view.truth)[others] ** 2)) < 0.01
+
+
+def test_a_disc_at_the_images_edge_uses_what_is_there():
+    rng = np.random.default_rng(23)
+    view = View(se3.from_parts(np.eye(3), np.array([-0.0278, -0.01, 0.065])))
+    picture = view.picture(rng, noise=2.0)
+    fit = view.fit(rng, picture)
+    assert np.all(np.isfinite(fit.pixels))
+    cut = view.truth[:, 0] < 20
+    assert cut.any()
+    spread = np.sqrt(np.trace(fit.covariance, axis1=1, axis2=2))
+    assert spread[cut].min() > spread[~cut].max()
+
+
+def test_the_first_guess_may_be_a_pixel_off():
+    rng = np.random.default_rng(29)
+    view = View.at(rng, 25.0)
+    picture = view.picture(rng, noise=2.0)
+    near = view.fit(rng, picture)
+    away = fit_discs(picture, DISCS, view.to_pixel, view.truth + [0.8, -0.8])
+    assert np.max(np.abs(away.pixels - near.pixels)) < 0.003
