@@ -13,6 +13,8 @@ from handeye_cli.records import FloatArray, IntArray, PaperPrediction, Predicted
 from handeye_cli.solvers.tsai_lenz import interstation_motions
 
 _PROBABILITY = 0.95
+_PARTS = (slice(3, 6), slice(0, 3))
+"""Rotation and translation of the answer."""
 
 
 def solution_covariance(influence: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -42,13 +44,33 @@ def predicted_error(
     covariance = solution_covariance(influence, model.covariance)
     slopes = [solution_covariance(influence, shape) for shape in model.shapes]
     rms, wide = [], []
-    for part in (slice(3, 6), slice(0, 3)):
+    for part in _PARTS:
         block = covariance[part, part]
-        gradient = np.array([np.trace(slope[part, part]) for slope in slopes])
-        freedom = _freedom(float(np.trace(block)), gradient, model.information)
+        freedom = _part_freedom(covariance, slopes, part, model)
         rms.append(float(np.sqrt(np.trace(block))))
         wide.append(statistics.radius(block, _PROBABILITY, freedom))
     return PredictedError(rms[0], rms[1], wide[0], wide[1], paper)
+
+
+def scale_freedom(influence: FloatArray, model: NoiseModel) -> float:
+    """Return the degrees of freedom with which the scale of a prediction was estimated.
+
+    The smaller one of rotation and translation is taken; infinite where the noise was given.
+
+    Args:
+        influence: (N, 12, 12) of the solution.
+        model: The noise of the stations' poses.
+    """
+    covariance = solution_covariance(influence, model.covariance)
+    slopes = [solution_covariance(influence, shape) for shape in model.shapes]
+    return min(_part_freedom(covariance, slopes, part, model) for part in _PARTS)
+
+
+def _part_freedom(
+    covariance: FloatArray, slopes: list[FloatArray], part: slice, model: NoiseModel
+) -> float:
+    gradient = np.array([np.trace(slope[part, part]) for slope in slopes])
+    return _freedom(float(np.trace(covariance[part, part])), gradient, model.information)
 
 
 def _freedom(total: float, gradient: FloatArray, information: FloatArray) -> float:

@@ -10,18 +10,20 @@ import numpy as np
 from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain, chain_of
 from handeye_cli.errors import UndeterminedError, UsageError
-from handeye_cli.geometry import rotations, se3
+from handeye_cli.held_out import HeldOutErrors, held_out_errors, predict_errors
 from handeye_cli.motion_check import check_motions
-from handeye_cli.predict import solution_covariance
+from handeye_cli.noise_levels import noise_model
+from handeye_cli.predict import scale_freedom, solution_covariance
 from handeye_cli.records import (
     Calibration,
-    FloatArray,
+    Noise,
     StationError,
     Stations,
     Verification,
     VerificationRow,
 )
 from handeye_cli.solve import choose_pairs, estimate
+from handeye_cli.solvers.problem import Solution
 from handeye_cli.solvers.station_mean import mean_influence, mean_target
 
 
@@ -74,25 +76,41 @@ def _row(stations: Stations, chain: Chain, count: int, method: str, pairs: str) 
     chosen = choose_pairs(pairs, count)
     check_motions(first, chosen, stations.setup)
     problem, solution, model = estimate(first, chosen, stations.noise, method)
-    Z = mean_target(first.A, first.B, solution.X)
+    X = solution.X
     answer = solvers.load(method).influence(problem, solution)[:, :6]
-    both = np.concatenate([answer, mean_influence(first.A, first.B, solution.X, answer)], axis=1)
-    covariance = solution_covariance(both, model.covariance)
-    row = _held_out(stations, second, count, solution.X, Z)
-    own = _station_covariance(second, model.covariance)
-    predicted = _predicted(second, solution.X, Z, covariance, own)
-    return replace(row, predicted_rotation=predicted[0], predicted_translation=predicted[1])
+    both = np.concatenate([answer, mean_influence(first.A, first.B, X, answer)], axis=1)
+    averaged = Solution(X, mean_target(first.A, first.B, X))
+    errors = held_out_errors(second, averaged)
+    levels = replace(
+        stations.noise or Noise(),
+        robot_rotation=model.noise.robot_rotation,
+        robot_translation=model.noise.robot_translation,
+    )
+    own = noise_model(second, _complete(levels, second), averaged).covariance
+    freedom = scale_freedom(both, model)
+    expected = predict_errors(errors, solution_covariance(both, model.covariance), own, freedom)
+    return replace(
+        _seen(stations, second, count, errors),
+        predicted_rotation=expected.rotation,
+        predicted_translation=expected.translation,
+        consistent=expected.consistent,
+    )
 
 
-def _held_out(
-    stations: Stations, chain: Chain, count: int, X: FloatArray, Z: FloatArray
-) -> VerificationRow:
-    """Compare the camera's pose by the robot, A X, with that by the camera, Z B^-1."""
-    by_robot, by_camera = chain.A @ X, Z @ se3.inverse(chain.B)
-    turn = np.swapaxes(by_camera[:, :3, :3], -1, -2) @ by_robot[:, :3, :3]
-    rotation = rotations.angle(turn)
-    translation = np.linalg.norm(by_robot[:, :3, 3] - by_camera[:, :3, 3], axis=1)
-    errors = tuple(
+def _complete(levels: Noise, chain: Chain) -> Noise:
+    """Return levels that leave nothing to estimate at the verification stations."""
+    if chain.has_covariance:
+        return levels
+    return replace(
+        levels,
+        camera_rotation=levels.camera_rotation or 0.0,
+        camera_translation=levels.camera_translation or 0.0,
+    )
+
+
+def _seen(stations: Stations, chain: Chain, count: int, errors: HeldOutErrors) -> VerificationRow:
+    rotation, translation = errors.rotation, errors.translation
+    rows = tuple(
         StationError(stations.stations[index].name, float(angle), float(distance))
         for index, angle, distance in zip(chain.index, rotation, translation, strict=True)
     )
@@ -103,33 +121,8 @@ def _held_out(
         predicted_rotation=None,
         predicted_translation=None,
         consistent=None,
-        errors=errors,
+        errors=rows,
     )
-
-
-def _station_covariance(chain: Chain, calibrated: FloatArray) -> FloatArray:
-    """Return (M, 12, 12): each station's own camera covariance with the robot's level."""
-    levels = np.mean(calibrated, axis=0)
-    joint = np.tile(levels, (len(chain.A), 1, 1))
-    if chain.has_covariance:
-        joint[:, 6:, 6:] = chain.camera_covariance
-    return joint
-
-
-def _predicted(
-    chain: Chain, X: FloatArray, Z: FloatArray, covariance: FloatArray, own: FloatArray
-) -> tuple[float, float]:
-    """Return the RMS rotation and translation error that the covariances predict."""
-    to_camera = se3.inverse(chain.B)
-    by_robot, by_answer = se3.compose_jacobians(chain.A, X)
-    by_target, by_inverse = se3.compose_jacobians(Z, to_camera)
-    by_camera = by_inverse @ se3.inverse_jacobian(chain.B)
-    by_solution = np.concatenate([by_answer, -by_target], axis=-1)
-    by_poses = np.concatenate([np.broadcast_to(by_robot, by_camera.shape), -by_camera], axis=-1)
-    total = by_solution @ covariance @ np.swapaxes(by_solution, -1, -2)
-    total = total + by_poses @ own @ np.swapaxes(by_poses, -1, -2)
-    traces = np.einsum("nii->ni", total).mean(axis=0)
-    return float(np.sqrt(traces[3:].sum())), float(np.sqrt(traces[:3].sum()))
 
 
 def verify_calibration(stations: Stations, calibration: Calibration) -> Verification:
@@ -146,12 +139,12 @@ def verify_calibration(stations: Stations, calibration: Calibration) -> Verifica
             hint="check --setup",
         )
     chain = chain_of(stations)
-    X, Z = calibration.mount_T_camera.matrix, calibration.reference_T_target.matrix
+    answer = Solution(calibration.mount_T_camera.matrix, calibration.reference_T_target.matrix)
     used = sum(station.used for station in calibration.stations)
     return Verification(
         setup=stations.setup,
         method=calibration.method,
-        rows=(_held_out(stations, chain, used, X, Z),),
+        rows=(_seen(stations, chain, used, held_out_errors(chain, answer)),),
         diagnosis=stations.findings,
         provenance=stations.provenance,
     )

@@ -108,3 +108,22 @@ def test_a_calibration_is_checked_on_new_stations():
     wrong = replace(old, setup=Setup.EYE_TO_HAND)
     with pytest.raises(UsageError, match="eye-in-hand, found eye-to-hand"):
         verify_calibration(wrong, calibration)
+
+
+@pytest.mark.parametrize("setup", Setup)
+@pytest.mark.parametrize("given", [True, False])
+def test_good_data_are_consistent_and_worse_ones_are_not(setup, given):
+    """One good recording in a hundred may be called inconsistent; tripled noise nearly always is."""
+    rng = np.random.default_rng(19)
+    wrong_alarms = missed = 0
+    for _ in range(60):
+        perfect = general_scene(rng, 24)
+        good = stations(rng, perfect, NOISE, setup=setup, given=given)
+        (row,) = verify(good).rows
+        wrong_alarms += not row.consistent
+        loud = stations(rng, perfect, Noise(3e-3, 6e-4, 3e-3, 3e-4), setup=setup)
+        mixed = good.stations[:12] + loud.stations[12:]
+        (row,) = verify(replace(good, stations=mixed)).rows
+        missed += bool(row.consistent)
+    assert wrong_alarms <= 4
+    assert missed <= 2
