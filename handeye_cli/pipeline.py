@@ -1,14 +1,15 @@
 """From whatever record there is to the stage that is wanted, running what is missing.
 
 A stage takes the recording or any record up to its own input. A later one is refused: nothing leads
-back from it.
+back from it. What one stage hands on to the next is what its document would say, so that one
+command and a pipe of several give the same digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from handeye_cli.records import (
     Verification,
     VerificationRow,
 )
+
+Handed = TypeVar("Handed", Features, Stations)
 
 # The stages are imported where they are run: what needs no images does not wait for OpenCV.
 
@@ -78,7 +81,7 @@ def to_stations(record: Any, steps: Steps) -> Stations:
     """Return the target's pose at every station, or the stations themselves.
 
     Raises:
-        InputError: The record is of a later stage.
+        InputError: The record is of a later stage, or has points that its target has not.
         UsageError: Intrinsics are asked for, but the target's poses are already there.
     """
     if isinstance(record, Stations):
@@ -87,8 +90,38 @@ def to_stations(record: Any, steps: Steps) -> Stations:
     expect(record, Recording, Features, Stations)
     from handeye_cli.extrinsics import extrinsics
 
-    features = to_features(record, steps)
+    if isinstance(record, Features):
+        _require_points_of_target(record)
+        features = record
+    else:
+        features = _handed_on(to_features(record, steps))
     return extrinsics(features, calibrate_intrinsics=steps.calibrate_intrinsics)
+
+
+def _require_points_of_target(features: Features) -> None:
+    from handeye_cli import targets
+
+    count = len(targets.build(features.target).points())
+    for station in features.stations:
+        largest = -1 if station.observation is None else max(station.observation.ids, default=-1)
+        if largest >= count:
+            raise InputError(
+                f"expected ids of the {count} points of the target, 0 to {count - 1}, "
+                f"found {largest}",
+                where=f'station "{station.name}"',
+                hint="the points were found with another target, or their numbers start at 1",
+            )
+
+
+def _ready_stations(record: Any, steps: Steps) -> Stations:
+    stations = to_stations(record, steps)
+    return stations if stations is record else _handed_on(stations)
+
+
+def _handed_on(record: Handed) -> Handed:
+    from handeye_cli import documents
+
+    return documents.as_written(record)
 
 
 def to_calibration(record: Any, steps: Steps, *, method: str, pairs: str) -> Calibration:
@@ -100,11 +133,12 @@ def to_calibration(record: Any, steps: Steps, *, method: str, pairs: str) -> Cal
     """
     from handeye_cli.solve import solve
 
-    return solve(to_stations(record, steps), method=method, pairs=pairs)
+    return solve(_ready_stations(record, steps), method=method, pairs=pairs)
 
 
 def to_verification(
-    stations: Stations,
+    record: Any,
+    steps: Steps,
     calibration: Calibration | None,
     *,
     counts: Sequence[int] | None,
@@ -114,7 +148,9 @@ def to_verification(
     """Return held-out errors: of an existing calibration, or of the paper's protocol.
 
     Args:
-        stations: Stations to verify on, and to calibrate on where there is no calibration.
+        record: Any record up to the stations, to verify on and, where there is no calibration, to
+            calibrate on.
+        steps: How the steps before are run.
         calibration: An answer made from other stations, or None.
         counts: Stations to calibrate on, for each row; half of them when None.
         method: A row of the table of solvers.
@@ -122,10 +158,11 @@ def to_verification(
 
     Raises:
         UsageError: A count is out of range.
-        InputError: The calibration is for another setup.
+        InputError: The record is of a later stage, or the calibration is for another setup.
     """
     from handeye_cli.verify import verify, verify_calibration
 
+    stations = _ready_stations(record, steps)
     if calibration is not None:
         return verify_calibration(stations, calibration)
     return verify(stations, counts=counts, method=method, pairs=pairs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import signal
 import sys
 import traceback
@@ -87,6 +88,8 @@ def run(args: Sequence[str]) -> None:
 
 def main() -> None:
     """Run `handeye` as a process of its own."""
+    # OpenCV would tell of a broken image too, in its own words and without the image's name.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
     # A reader that leaves early, as `head` does, ends the command as it ends any other tool.
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)

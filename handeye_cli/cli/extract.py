@@ -25,7 +25,7 @@ def extract(*, source: Source, mcap: Mcap, work: Work, output: Output) -> None:
 
     check_output(output)
     opened = open_input(source, mcap)
-    pipeline.expect(opened.record, Recording)
-    with steps(work, output) as how:
+    with opened.blamed(), steps(work, output) as how:
+        pipeline.expect(opened.record, Recording)
         features = pipeline.to_features(opened.record, how)
     finish("extract", features, output, [opened], given(source, mcap))

@@ -27,7 +27,7 @@ def extrinsics(
 
     check_output(output)
     opened = open_input(source, mcap)
-    pipeline.expect(opened.record, Recording, Features)
-    with steps(work, output, intrinsics) as how:
+    with opened.blamed(), steps(work, output, intrinsics) as how:
+        pipeline.expect(opened.record, Recording, Features)
         stations = pipeline.to_stations(opened.record, how)
     finish("extrinsics", stations, output, [opened], given(source, mcap, intrinsics))

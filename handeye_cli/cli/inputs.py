@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Mcap, Source
 from handeye_cli.conventions import parse_duration
-from handeye_cli.errors import UsageError
+from handeye_cli.errors import ConvergenceError, InputError, UndeterminedError, UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.records import TargetSpec
@@ -29,6 +31,18 @@ class Opened:
 
     record: Any
     file: tuple[str, str]
+
+    @contextmanager
+    def blamed(self) -> Iterator[None]:
+        """Name the file in what stages say of their data, since they do not know where it lies."""
+        from handeye_cli.documents import label_of
+
+        try:
+            yield
+        except (InputError, UndeterminedError, ConvergenceError) as error:
+            name = label_of(self.file[0])
+            error.where = name if error.where is None else f"{name}: {error.where}"
+            raise
 
 
 def open_input(source: Source, mcap: Mcap) -> Opened:
@@ -59,7 +73,8 @@ def open_calibration(path: str | None) -> Opened | None:
     from handeye_cli.records import Calibration
 
     opened = _open_document(Source(path), None)
-    pipeline.expect(opened.record, Calibration)
+    with opened.blamed():
+        pipeline.expect(opened.record, Calibration)
     return opened
 
 

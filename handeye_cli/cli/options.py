@@ -11,6 +11,9 @@ import typer
 
 from handeye_cli.conventions import PoseUnits, QuaternionOrder, RobotPoses, Setup
 
+MOST_STATIONS = 10_000
+"""Far more than a robot will visit; a larger number is a slip of the hand."""
+
 _convention = partial(typer.Option, rich_help_panel="Conventions (a flag wins over the document)")
 _robot = partial(
     typer.Option, rich_help_panel="MCAP recordings (no flag needed for what is unique in the file)"
@@ -154,7 +157,9 @@ class Protocol:
 class Layout:
     """The stations that are planned."""
 
-    stations: Annotated[int, _plan(metavar="N", help="Stations to calibrate on, 3 or more.")]
+    stations: Annotated[
+        int, _plan(metavar="N", max=MOST_STATIONS, help="Stations to calibrate on, 3 or more.")
+    ]
     distance: Annotated[
         str, _plan(metavar="LENGTH", help="Camera to aim point: 170mm, 0.5m, 6.65in.")
     ] = "170mm"
@@ -168,7 +173,8 @@ class Layout:
         _plan(metavar="FILE", help="A first calibration: robot poses are planned with it."),
     ] = None
     verification: Annotated[
-        int, _plan(metavar="N", min=0, help="Stations in between, to verify on.")
+        int,
+        _plan(metavar="N", min=0, max=MOST_STATIONS, help="Stations in between, to verify on."),
     ] = 0
 
 

@@ -10,13 +10,12 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from handeye_cli import __version__
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Output
-from handeye_cli.errors import InputError, UsageError
+from handeye_cli.errors import InputError
 
 STDOUT = "-"
 
@@ -28,13 +27,11 @@ def check_output(output: Output) -> None:
         UsageError: It exists and is not to be replaced.
         InputError: Its folder does not exist.
     """
-    if output.output in (None, STDOUT):
+    if output.output is None or output.output == STDOUT:
         return
-    file = Path(output.output)
-    if not file.parent.is_dir():
-        raise InputError("expected an existing folder to write into", where=str(file.parent))
-    if file.exists() and not output.force:
-        raise UsageError("the file exists already", where=str(file), hint="replace it with --force")
+    from handeye_cli import documents
+
+    documents.check_destination(output.output, output.force)
 
 
 def finish(

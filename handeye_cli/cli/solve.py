@@ -33,7 +33,7 @@ def solve(
     check_output(output)
     solvers.load(solver.method)
     opened = open_input(source, mcap)
-    with steps(work, output, intrinsics) as how:
+    with opened.blamed(), steps(work, output, intrinsics) as how:
         calibration = pipeline.to_calibration(
             opened.record, how, method=solver.method, pairs=solver.pairs.value
         )

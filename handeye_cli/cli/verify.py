@@ -37,15 +37,15 @@ def verify(
     counts = station_counts(protocol)
     existing = open_calibration(protocol.calibration)
     opened = open_input(source, mcap)
-    with steps(work, output, intrinsics) as how:
-        stations = pipeline.to_stations(opened.record, how)
-    verification = pipeline.to_verification(
-        stations,
-        None if existing is None else existing.record,
-        counts=counts,
-        method=solver.method,
-        pairs=solver.pairs.value,
-    )
+    with opened.blamed(), steps(work, output, intrinsics) as how:
+        verification = pipeline.to_verification(
+            opened.record,
+            how,
+            None if existing is None else existing.record,
+            counts=counts,
+            method=solver.method,
+            pairs=solver.pairs.value,
+        )
     flags = given(source, mcap, protocol, intrinsics, solver)
     inputs = [opened] if existing is None else [opened, existing]
     finish("verify", verification, output, inputs, flags)

@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol, cast
+from typing import Any, BinaryIO, Protocol, TypeVar, cast
 
 from handeye_cli.documents import files, layout, schema, text
 from handeye_cli.documents.context import NO_FLAGS, Context, ReadOptions, context_of
-from handeye_cli.documents.files import write_bytes, write_text
+from handeye_cli.documents.files import check_destination, label_of, write_bytes, write_text
 from handeye_cli.documents.layout import Form
+from handeye_cli.documents.place import Place
+from handeye_cli.documents.poses import PoseConventions
 from handeye_cli.errors import InputError
 from handeye_cli.records import (
     Calibration,
@@ -31,9 +33,12 @@ __all__ = [
     "ReadOptions",
     "Record",
     "Source",
+    "as_written",
+    "check_destination",
     "dump",
     "dump_data",
     "form_of",
+    "label_of",
     "read",
     "read_source",
     "write",
@@ -42,6 +47,7 @@ __all__ = [
 ]
 
 Record = Recording | Features | Stations | Calibration | Verification | Plan
+AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 _KINDS: dict[type, str] = {
     Recording: "recording",
@@ -105,6 +111,21 @@ def read_source(
     folder = Path() if source == files.STDIN else Path(source).parent
     record = _module(kind).record_from_data(data, context_of(data, options, label, folder))
     return Source(source, hashlib.sha256(content).hexdigest(), record)
+
+
+def as_written(record: AnyRecord) -> AnyRecord:
+    """Return a record as it comes back from its own document.
+
+    A pose that was written as a quaternion loses the last bits of its matrix. A stage that works
+    on what its predecessor would have written gives the same digits whether the two run in one
+    command or in a pipe.
+
+    Raises:
+        InputError: The record cannot be a document: its images are no files.
+    """
+    module = _module(_KINDS[type(record)])
+    context = Context(Place("a record"), Path(), record.setup, PoseConventions())
+    return cast(AnyRecord, module.record_from_data(module.data_from_record(record), context))
 
 
 def dump(record: Record, form: Form) -> str:

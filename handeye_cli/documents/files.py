@@ -77,12 +77,33 @@ def write_bytes(data: bytes, path: str, force: bool = False) -> None:
         raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
 
 
+def check_destination(path: str, force: bool = False) -> None:
+    """Refuse a file that could not be written, before any work is done for it.
+
+    Args:
+        path: The file that is to be written.
+        force: Whether a file that is there may be replaced.
+
+    Raises:
+        UsageError: The file exists and may not be replaced, or is a folder or device.
+        InputError: Its folder does not exist, or it can have no such name.
+    """
+    try:
+        folder = Path(path).parent
+        if not folder.is_dir():
+            raise InputError("expected an existing folder to write into", where=str(folder))
+        _require_replaceable(Path(path).resolve(), path, force)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
+
+
 def _require_replaceable(final: Path, path: str, force: bool) -> None:
     if not final.exists():
         return
     if not final.is_file():
-        kind = "folder" if final.is_dir() else "device"
-        raise UsageError(f"expected the name of a file, found a {kind}", where=path)
+        kind = "folder" if final.is_dir() else "device or pipe"
+        message = f"expected the name of a file, found a {kind}"
+        raise UsageError(message, where=path, hint="give a file's name, or - for stdout")
     if not force:
         raise _exists(path)
 

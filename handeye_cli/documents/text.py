@@ -34,6 +34,12 @@ _WORDS: dict[str, bool | None] = {
 }
 _WORDS |= {"": None, "~": None}
 
+_BINARY = {
+    b"\x89MCAP": "an MCAP recording cannot be read from a pipe: give its file's name",
+    b"\x89PNG": "a picture is named in a recording document: schema: handeye/recording/1",
+    b"\xff\xd8\xff": "a picture is named in a recording document: schema: handeye/recording/1",
+}
+
 _NUMBER_START = frozenset("+-.0123456789")
 _INT = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
@@ -56,8 +62,7 @@ def parse(data: bytes, label: str) -> Any:
     """
     if len(data) > MAX_BYTES:
         raise InputError(
-            f"expected at most {MAX_BYTES // 1_000_000} MB, found {len(data) / 1e6:.0f} MB",
-            where=label,
+            f"expected a document of at most {MAX_BYTES // 1_000_000} MB, found more", where=label
         )
     text = _decode(data, label)
     builder = _Builder(label)
@@ -96,6 +101,7 @@ def _decode(data: bytes, label: str) -> str:
         raise InputError(
             f"expected UTF-8 text, found the byte 0x{data[error.start]:02x}",
             where=f"{label}, line {line}",
+            hint=next((hint for magic, hint in _BINARY.items() if data.startswith(magic)), None),
         ) from error
 
 

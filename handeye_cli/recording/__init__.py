@@ -22,6 +22,8 @@ _MAGIC = b"\x89MCAP0\r\n"
 def is_recording(path: str) -> bool:
     """Return whether a path is an MCAP recording, by its ending or by its first bytes.
 
+    Pipes and devices are not looked into: what is read from them is gone.
+
     Args:
         path: A file's path; it need not exist or be readable. `-` is never one: a recording is
             not read in one go, so it cannot come from a pipe.
@@ -31,9 +33,11 @@ def is_recording(path: str) -> bool:
     if path.endswith(".mcap"):
         return True
     try:
+        if not Path(path).is_file():
+            return False
         with Path(path).open("rb") as stream:
             return stream.read(len(_MAGIC)) == _MAGIC
-    except OSError:
+    except (OSError, ValueError):
         return False
 
 

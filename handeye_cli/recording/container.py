@@ -8,6 +8,7 @@ A file is read in its own order, since that needs no index; times are sorted whe
 
 from __future__ import annotations
 
+import stat
 import struct
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -228,6 +229,7 @@ class _Channels:
 @contextmanager
 def _opened(path: str) -> Iterator[tuple[IO[bytes], int]]:
     try:
+        _refuse_stream(path)
         file = Path(path).open("rb")  # noqa: SIM115  closed below; only opening may fail here
     except OSError as fault:
         raise InputError(f"cannot read it: {fault.strerror}", where=path) from fault
@@ -236,6 +238,26 @@ def _opened(path: str) -> Iterator[tuple[IO[bytes], int]]:
         if start != MAGIC:
             raise _not_mcap(path, start)
         yield file, file.seek(0, 2)
+
+
+def _refuse_stream(path: str) -> None:
+    mode = Path(path).stat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise InputError(
+            "expected a file, found a device or pipe",
+            where=path,
+            hint="an MCAP recording is read in more than one go: copy it into a file",
+        )
+
+
+def require_mcap(path: str) -> None:
+    """Check that a file can be opened and begins as an MCAP file does.
+
+    Raises:
+        InputError: It cannot or does not.
+    """
+    with _opened(path):
+        pass
 
 
 def _not_mcap(path: str, start: bytes) -> InputError:

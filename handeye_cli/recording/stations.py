@@ -9,7 +9,7 @@ import numpy as np
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
-from handeye_cli.recording import clock, findings, selection, survey
+from handeye_cli.recording import clock, container, findings, selection, survey
 from handeye_cli.recording.clock import Clock
 from handeye_cli.recording.frames import FRAMES_PER_PAUSE, PausedFrames, evenly
 from handeye_cli.recording.intrinsics import camera_of
@@ -35,6 +35,7 @@ def read(path: str, options: McapOptions) -> Recording:
             is ambiguous, and the message lists what there is.
         UsageError: Options contradict each other.
     """
+    container.require_mcap(path)
     if options.setup is None:
         choices = " or ".join(Setup)
         raise InputError(

@@ -17,8 +17,13 @@ def show_features(features: Features, console: Console) -> None:
     pictures = count(len(features.stations), "picture")
     console.print(f"Target found in {found} of {pictures} ({features.setup.value})", style="bold")
     console.print(f"{targets.shorthand(features.target)}\n")
-    rows = [[station.name, *_seen(station), station.reason or ""] for station in features.stations]
-    show_table(console, ["station", "points", "sigma\npx", ""], rows, left=[0, 3])
+    told = any(each.observation and each.observation.sigma_px for each in features.stations)
+    rows = [
+        [station.name, *_seen(station)[: 2 if told else 1], station.reason or ""]
+        for station in features.stations
+    ]
+    headings = ["station", "points", *(["sigma\npx"] if told else []), ""]
+    show_table(console, headings, rows, left=[0, len(headings) - 1])
 
 
 def show_stations(stations: Stations, console: Console) -> None:

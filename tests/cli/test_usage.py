@@ -19,6 +19,8 @@ PLAN = ["plan", "--stations", "7", "--distance", "170mm", "--tilt", "30deg"]
         ["solve", "in.yaml", "--workers", "0"],
         ["verify", "in.yaml", "--max-rotation-mrad", "-1"],
         ["plan", "--distance", "170mm"],
+        ["plan", "--stations", "10000000000"],
+        ["plan", "--stations", "5", "--verification", "10000000000"],
         ["plan", "--stations", "seven", "--distance", "1m", "--tilt", "30deg"],
     ],
 )

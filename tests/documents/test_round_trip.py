@@ -15,11 +15,13 @@ from documents import samples
 from hypothesis import given
 from hypothesis import strategies as st
 from referencing import Registry, Resource
+from scipy.spatial.transform import Rotation
 
 from handeye_cli import documents
 from handeye_cli.conventions import MIL
 from handeye_cli.documents import schema
 from handeye_cli.documents.units import from_milli, to_milli, with_floats
+from handeye_cli.geometry import se3
 
 NAMES = [
     "recording",
@@ -48,6 +50,25 @@ def test_record_comes_back_as_it_was(records, tmp_path, name, ending):
     path = str(tmp_path / f"document.{ending}")
     documents.write(records[name], path)
     samples.assert_same(documents.read(path), records[name])
+
+
+@pytest.mark.parametrize("name", ["features", "stations"])
+def test_as_written_is_to_the_last_bit_what_comes_back(records, tmp_path, name):
+    path = str(tmp_path / "document.json")
+    rotations = Rotation.random(100, rng=np.random.default_rng(7)).as_matrix()
+    poses = se3.from_parts(rotations, np.zeros(3))
+    station = records[name].stations[0]
+    stations = tuple(
+        replace(station, name=str(i), base_T_gripper=pose) for i, pose in enumerate(poses)
+    )
+    record = replace(records[name], stations=stations)
+    documents.write(record, path)
+    found = [each.base_T_gripper for each in documents.as_written(record).stations]
+    np.testing.assert_array_equal(
+        found, [each.base_T_gripper for each in documents.read(path).stations]
+    )
+    # else nothing would be lost, and nothing would have to be done
+    assert not np.array_equal(found, poses)
 
 
 @pytest.mark.parametrize("form", ["yaml", "json"])

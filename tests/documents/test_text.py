@@ -115,7 +115,7 @@ def test_an_expansion_bomb_is_refused(parse):
 
 def test_size_is_bounded(monkeypatch):
     monkeypatch.setattr(text, "MAX_BYTES", 3_000_000)
-    with pytest.raises(InputError, match="at most 3 MB, found 5 MB"):
+    with pytest.raises(InputError, match="at most 3 MB, found more"):
         text.parse(b" " * 5_000_000, "f")
 
 

@@ -1,5 +1,6 @@
 """Whole recordings of a robot whose stations are known."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -287,6 +288,12 @@ def test_recordings_are_known_by_name_or_content(tmp_path, path):
     assert not recording.is_recording(str(tmp_path))
     assert not recording.is_recording("missing.yaml")
     assert not recording.is_recording("-")
+
+
+def test_a_pipe_is_not_looked_into(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert not recording.is_recording(str(pipe))  # nor waited for
 
 
 def test_asking_what_a_file_is_loads_nothing_heavy():

@@ -142,6 +142,16 @@ def test_report_is_the_golden_text(name):
     assert max(map(len, text.splitlines())) <= 80
 
 
+def test_a_column_without_any_number_is_left_out():
+    stations = tuple(
+        replace(each, observation=each.observation and replace(each.observation, sigma_px=None))
+        for each in line()
+    )
+    text = printed(show, replace(features(), stations=stations))
+    assert "sigma" not in text
+    assert "sigma" in printed(show, features())
+
+
 def test_a_report_obeys_no_control_character_of_a_file():
     text = printed(show, calibration())
     assert "\x1b" not in text
