@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 
 from handeye_cli import targets
@@ -12,6 +13,7 @@ from handeye_cli.errors import InputError, UsageError
 from handeye_cli.records import (
     Camera,
     Features,
+    Finding,
     GreyImage,
     Observation,
     RecordedStation,
@@ -19,6 +21,8 @@ from handeye_cli.records import (
     Station,
 )
 
+_NAMED = 5
+"""Unused images that are named in the finding; the document has them all."""
 MOST_WORKERS = 8
 """Images looked at at the same time, unless more are asked for."""
 
@@ -56,38 +60,74 @@ def extract(
         raise UsageError(f"expected at least 1 worker, found {workers}", where="--workers")
     board = targets.build(recording.target)
     look = partial(_look, board=board, camera=recording.camera)
-    stations = []
+    looks: list[_Look] = []
     with ThreadPoolExecutor(workers or min(MOST_WORKERS, os.cpu_count() or 1)) as pool:
-        for station in pool.map(look, recording.stations):
-            stations.append(station)
+        for each in pool.map(look, recording.stations):
+            looks.append(each)
             if progress is not None:
-                progress(len(stations), len(recording.stations))
+                progress(len(looks), len(recording.stations))
+    size = _common_size(looks)
+    stations = tuple(_of_size(each, size) for each in looks)
     features = Features(
         setup=recording.setup,
-        stations=tuple(stations),
+        stations=stations,
         target=recording.target,
         camera=recording.camera,
+        image_size=size,
         noise=recording.noise,
-        findings=recording.findings,
+        findings=recording.findings + _unused(stations),
         provenance=recording.provenance,
     )
     return _ordered(features, board)
 
 
-def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None) -> Station:
+@dataclass(frozen=True)
+class _Look:
+    """A station after a look at its image, and the image's (width, height) if it could be read."""
+
+    station: Station
+    size: tuple[int, int] | None = None
+
+
+def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None) -> _Look:
     station = Station(recorded.name, recorded.base_T_gripper)
     try:
         grey = recorded.image.load()
     except InputError as error:
-        return _without(station, str(error))
+        return _Look(_without(station, str(error)))
     wrong = _wrong_size(grey, camera)
     if wrong is not None:
-        return _without(station, wrong)
-    seen = board.detect(grey)
+        return _Look(_without(station, wrong))
+    seen = board.refine(grey, board.detect(grey), camera)
+    size = (grey.shape[1], grey.shape[0])
     if seen.reason is not None:
-        return _without(station, seen.reason)
+        return _Look(_without(station, seen.reason), size)
     observation = Observation(seen.ids, seen.pixels, seen.sigma_px)
-    return Station(recorded.name, recorded.base_T_gripper, observation)
+    return _Look(Station(recorded.name, recorded.base_T_gripper, observation), size)
+
+
+def _common_size(looks: Sequence[_Look]) -> tuple[int, int] | None:
+    """Return the size that most images have, the first of them when several do."""
+    sizes = [look.size for look in looks if look.size is not None]
+    return max(dict.fromkeys(sizes), key=sizes.count) if sizes else None
+
+
+def _of_size(look: _Look, size: tuple[int, int] | None) -> Station:
+    if look.size is None or size is None or look.size == size:
+        return look.station
+    found = f"found one of {look.size[0]}x{look.size[1]}"
+    reason = f"expected an image of {size[0]}x{size[1]} as most of the recording's, {found}"
+    return _without(look.station, reason)
+
+
+def _unused(stations: Sequence[Station]) -> tuple[Finding, ...]:
+    lost = [station for station in stations if station.reason is not None]
+    if not lost:
+        return ()
+    named = "; ".join(f"{station.name}: {station.reason}" for station in lost[:_NAMED])
+    more = f"; and {len(lost) - _NAMED} more" if len(lost) > _NAMED else ""
+    message = f"{len(lost)} of {len(stations)} images are not used: {named}{more}"
+    return (Finding("images-unused", "warning", message),)
 
 
 def _without(station: Station, reason: str) -> Station:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,17 +66,19 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
     """
     views = views_of(features.stations, targets.build(features.target).points())
     if len(views.index) == 0:
-        raise UndeterminedError(
-            f"expected the target in at least one image, found it in none of "
-            f"{len(features.stations)}",
-            hint="look at the reasons with 'handeye extract', and check --target",
-        )
+        raise _nothing_seen(features.stations)
     findings = list(features.findings)
     camera = features.camera
     if calibrate_intrinsics or camera is None:
         camera, finding = intrinsics.calibrate_intrinsics(features, views)
         findings.append(finding)
     fit = _fit(views, camera, features.setup)
+    if not fit.good.any():
+        raise UndeterminedError(
+            f"no pose of the target in front of the camera explains the points of any of "
+            f"{len(fit.good)} images, with a focal length of {camera.fx:g} px",
+            hint="check the camera's intrinsics, or solve with --calibrate-intrinsics",
+        )
     if camera is features.camera:
         doubt = intrinsics.better_intrinsics(_only(views, fit.good), camera, fit.sigma)
         findings += [doubt] if doubt else []
@@ -95,6 +98,14 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
     )
 
 
+def _nothing_seen(stations: Sequence[Station]) -> UndeterminedError:
+    first = next((f"; {each.name}: {each.reason}" for each in stations if each.reason), "")
+    return UndeterminedError(
+        f"expected the target in at least one image, found it in none of {len(stations)}{first}",
+        hint="look at all reasons with 'handeye extract', and check --target",
+    )
+
+
 def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
     candidates = pose_candidates(views, camera)
     robot = views.reference_R_mount(setup)
@@ -103,7 +114,9 @@ def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
     squares = pnp.squared_residuals(poses, views.seen, camera.lens)
     count = 2 * views.seen.mask.sum(axis=1)
     rms = np.sqrt(squares / count)
-    good = rms <= max(_GROSS_PIXELS, _GROSS_FACTOR * float(np.median(rms)))
+    possible = np.isfinite(rms)
+    typical = float(np.median(rms[possible])) if possible.any() else 0.0
+    good = possible & (rms <= max(_GROSS_PIXELS, _GROSS_FACTOR * typical))
     freedom = max(int(np.sum(count[good] - 6)), 1)
     return _Fit(poses, rms, good, float(np.sqrt(np.sum(squares[good]) / freedom)), choice.margin)
 
@@ -149,7 +162,7 @@ def _complaint(fit: _Fit, row: int) -> str:
         return "no pose in front of the camera explains the points that were found"
     return (
         f"reprojection error {fit.rms[row]:.2f} px where the stations' median is "
-        f"{np.median(fit.rms):.2f} px"
+        f"{np.median(fit.rms[np.isfinite(fit.rms)]):.2f} px"
     )
 
 

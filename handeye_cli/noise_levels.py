@@ -63,7 +63,7 @@ def noise_model(
         known[:, 6:, 6:] = chain.camera_covariance
     for name, level in levels.items():
         if level is not None:
-            known = known + level**2 * _shape(chain, name)
+            known = known + max(level, _FLOOR) ** 2 * _shape(chain, name)
     free = [name for name in _ROBOT if levels[name] is None]
     if not free and not chain.has_covariance:
         free = [name for name in _CAMERA if levels[name] is None]

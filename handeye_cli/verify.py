@@ -74,7 +74,11 @@ def verify(
 def _row(stations: Stations, chain: Chain, count: int, method: str, pairs: str) -> VerificationRow:
     first, second = chain.part(slice(0, count)), chain.part(slice(count, 2 * count))
     chosen = choose_pairs(pairs, count)
-    check_motions(first, chosen, stations.setup)
+    try:
+        check_motions(first, chosen, stations.setup)
+    except UndeterminedError as error:
+        where = f"calibrating on the first {count} of {len(chain.A)} stations"
+        raise UndeterminedError(error.message, where=where, hint=error.hint) from error
     problem, solution, model = estimate(first, chosen, stations.noise, method)
     X = solution.X
     answer = solvers.load(method).influence(problem, solution)[:, :6]

@@ -69,15 +69,27 @@ def test_every_station_is_kept_in_order_with_its_points_or_a_reason():
     assert "320x240" in reasons[2]
     assert "640x480" in reasons[2]
     assert reasons[3] == "no chessboard of 9x6 inner corners was found"
-    assert (features.setup, features.camera, features.target, features.findings) == (
-        recording.setup, recording.camera, recording.target, (finding,),
+    kept, unused = features.findings
+    assert kept is finding
+    assert unused.code == "images-unused"
+    assert unused.message.startswith("3 of 5 images are not used: 01: images/1.png: expected")
+    assert (features.setup, features.camera, features.target) == (
+        recording.setup, recording.camera, recording.target,
     )  # fmt: skip
 
 
-def test_without_a_camera_any_size_of_image_will_do():
+def test_without_a_camera_the_images_tell_their_size():
     image, _ = board_image(8)
-    recording = replace(recording_of("chessboard:9x6:1mm", [Picture(image)]), camera=None)
-    assert extract(recording).stations[0].observation is not None
+    other = np.full((480, 640), 99, np.uint8)
+    pictures = [Picture(other), Picture(image), Picture(None), Picture(image)]
+    recording = replace(recording_of("chessboard:9x6:1mm", pictures), camera=None)
+    features = extract(recording)
+    assert features.image_size == (320, 240)
+    assert features.stations[1].observation is not None
+    assert features.stations[0].reason == (
+        "expected an image of 320x240 as most of the recording's, found one of 640x480"
+    )
+    assert extract(replace(recording, stations=recording.stations[2:3])).image_size is None
 
 
 def test_the_number_of_workers_does_not_change_the_result():

@@ -132,3 +132,19 @@ def test_views_that_may_all_be_mirrored_are_reported():
     assert "mirroring all stations" in findings["planar-ambiguity"].message
     near = extrinsics(shoot(rng, 9).features).findings
     assert near == ()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"distortion": (-9.0,)}, {"cx": 1e9}, {"fx": 1e-3}, {"fx": 1e9, "fy": 1e9}]
+)
+def test_absurd_intrinsics_are_no_crash(wrong):
+    """Either no pose explains the points, or the poses come with a doubt; never a warning."""
+    shot = shoot(np.random.default_rng(31), 8)
+    features = replace(shot.features, camera=replace(CAMERA, **wrong))
+    try:
+        findings = extrinsics(features).findings
+    except UndeterminedError:
+        with pytest.raises(UndeterminedError, match="explains the points of any of 8 images"):
+            extrinsics(features)
+    else:
+        assert findings

@@ -113,7 +113,7 @@ def test_a_calibration_is_checked_on_new_stations():
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("given", [True, False])
 def test_good_data_are_consistent_and_worse_ones_are_not(setup, given):
-    """One good recording in a hundred may be called inconsistent; tripled noise nearly always is."""
+    """One good recording in a hundred may be called inconsistent; tripled noise mostly is."""
     rng = np.random.default_rng(19)
     wrong_alarms = missed = 0
     for _ in range(60):

@@ -32,6 +32,7 @@ class Lens:
     model: str = "plumb_bob"
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def project(points: FloatArray, parameters: FloatArray, model: str = "plumb_bob") -> FloatArray:
     """Return the pixels of points in the camera frame.
 
@@ -47,6 +48,7 @@ def project(points: FloatArray, parameters: FloatArray, model: str = "plumb_bob"
     return np.asarray(distorted * parameters[:2] + parameters[2:4])
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def project_jacobians(
     points: FloatArray, parameters: FloatArray, model: str = "plumb_bob"
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -74,6 +76,7 @@ def project_jacobians(
     return distorted * focal + parameters[2:4], by_point, by_parameters
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bob") -> FloatArray:
     """Return the undistorted directions (x / z, y / z) of pixels, by Newton's method.
 

@@ -73,8 +73,12 @@ def planar_poses(seen: Sightings, lens: Lens) -> PlanarPoses:
     """
     directions = normalise(np.where(seen.mask[..., None], seen.pixels, 0.0), *_parts(lens))
     mask = seen.mask & np.all(np.isfinite(directions), axis=-1)
+    enough = np.sum(mask, axis=-1, keepdims=True) >= MIN_POINTS
+    mask, directions = mask & enough, np.where(mask[..., None], directions, 0.0)
     seen = replace(seen, mask=mask)
-    H = homography(seen.points[:, :2], np.where(mask[..., None], directions, 0.0), mask)
+    # Where the lens leaves too few points, any points serve: the view is given up below.
+    shown = np.where(enough[..., None], directions, seen.points[:, :2])
+    H = homography(seen.points[:, :2], shown, mask | ~enough)
     first = refine(pose_from_homography(H), seen, lens)
     second = refine(_mirrored(first[0], seen), seen, lens)
     best, worse = _ordered(first, second)
@@ -82,7 +86,7 @@ def planar_poses(seen: Sightings, lens: Lens) -> PlanarPoses:
     again = refine(_mirrored(best[0], seen), seen, lens)
     best, other = _ordered(best, again)
     other, _ = _ordered(*(_unless_same(pose, best) for pose in (other, worse)))
-    squares = np.stack([best[1], other[1]], axis=-1)
+    squares = np.where(enough, np.stack([best[1], other[1]], axis=-1), np.inf)
     return PlanarPoses(
         np.stack([best[0], other[0]], axis=-3), squares, np.isfinite(squares[..., 1])
     )
@@ -102,6 +106,10 @@ def _ordered(a: _Fit, b: _Fit) -> tuple[_Fit, _Fit]:
 def _unless_same(fit: _Fit, best: _Fit) -> _Fit:
     turn = np.swapaxes(best[0][..., :3, :3], -1, -2) @ fit[0][..., :3, :3]
     return fit[0], np.where(rotations.angle(turn) > _SAME_POSE, fit[1], np.inf)
+
+
+def _weights(mask: BoolArray) -> FloatArray:
+    return np.asarray(mask / np.maximum(np.sum(mask, axis=-1, keepdims=True), 1))
 
 
 def _parts(lens: Lens) -> tuple[FloatArray, str]:
@@ -159,10 +167,10 @@ def pose_from_homography(H: FloatArray) -> FloatArray:
 
 
 def _mirrored(poses: FloatArray, seen: Sightings) -> FloatArray:
-    weight = seen.mask / np.sum(seen.mask, axis=-1, keepdims=True)
+    weight = _weights(seen.mask)
     here = se3.transform_points(poses, seen.points)
     centre = np.sum(here * weight[..., None], axis=-2)
-    sight = centre / np.linalg.norm(centre, axis=-1, keepdims=True)
+    sight = centre / np.maximum(np.linalg.norm(centre, axis=-1, keepdims=True), 1e-300)
     mirror = np.eye(3) - 2.0 * sight[..., :, None] * sight[..., None, :]
     R = mirror @ poses[..., :3, :3] * np.array([1.0, 1.0, -1.0])
     middle = np.sum(seen.points * weight[..., None], axis=-2)
@@ -220,7 +228,7 @@ def refine(start: FloatArray, seen: Sightings, lens: Lens) -> tuple[FloatArray, 
         camera.
     """
     # About the middle of what was seen, turning and shifting hardly depend on each other.
-    weight = seen.mask / np.sum(seen.mask, axis=-1, keepdims=True)
+    weight = _weights(seen.mask)
     middle = np.sum(seen.points * weight[..., None], axis=-2)
     seen = replace(seen, points=seen.points - middle[..., None, :])
     poses = start @ se3.from_parts(np.eye(3), middle)
@@ -230,9 +238,7 @@ def refine(start: FloatArray, seen: Sightings, lens: Lens) -> tuple[FloatArray, 
         r, J, _ = residuals(poses, seen, lens)
         normal = np.einsum("...nki,...nkj->...ij", J, J)
         gradient = np.einsum("...nki,...nk->...i", J, r)
-        size = np.einsum("...ii->...i", normal)
-        damped = normal + (damping[..., None] * size + 1e-30)[..., None] * np.eye(6)
-        step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step = -_damped_step(normal, gradient, damping)
         tried = se3.perturb(poses, step)
         tried_squares = squared_residuals(tried, seen, lens)
         better = tried_squares <= squares
@@ -244,6 +250,18 @@ def refine(start: FloatArray, seen: Sightings, lens: Lens) -> tuple[FloatArray, 
         if np.all(small | (damping >= _HOPELESS)):
             break
     return poses @ se3.from_parts(np.eye(3), -middle), squares
+
+
+def _damped_step(normal: FloatArray, gradient: FloatArray, damping: FloatArray) -> FloatArray:
+    """Solve the normal equations with their diagonal raised; no step where they are not finite."""
+    lost = ~np.isfinite(np.sum(normal, axis=(-2, -1)) + np.sum(gradient, axis=-1))
+    size = np.einsum("...ii->...i", normal)
+    scale = np.where(lost[..., None] | (size <= 0), 1.0, 1.0 / np.sqrt(np.maximum(size, 1e-300)))
+    normal = np.where(lost[..., None, None], 0.0, normal)
+    scaled = scale[..., :, None] * normal * scale[..., None, :]
+    right = np.where(lost[..., None], 0.0, scale * gradient)
+    raised = scaled + (damping + 1e-15)[..., None, None] * np.eye(6)
+    return np.asarray(scale * np.linalg.solve(raised, right[..., None])[..., 0])
 
 
 def pose_information(poses: FloatArray, seen: Sightings, lens: Lens) -> FloatArray:

@@ -9,10 +9,11 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
-from handeye_cli.targets.discs import find_discs
+from handeye_cli.targets.disc_refinement import refine_discs
+from handeye_cli.targets.discs import Pattern, find_discs
 from handeye_cli.targets.keys import Range, refuse
 
 
@@ -59,13 +60,35 @@ class AsymmetricCircles(Board):
     def detect(self, grey: GreyImage) -> Detection:
         """Return the centres of the discs, all but cut ones, or why not all were found."""
         layout = self._lattice
-        discs = find_discs(grey, layout, self.columns, self.rows, asymmetric=True)
+        discs = find_discs(grey, self._pattern)
         if isinstance(discs, str):
             return Detection.missing(discs)
         orders = lattice.right_handed(layout, discs.pixels)
         if not orders:
             return Detection.missing("the discs were found mirrored, as if seen from behind")
         return discs.detection(lattice.first_in_image(discs.pixels, orders))
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the images of the discs' true centres, with the noise that the image leaves."""
+        return refine_discs(grey, self._discs, seen, camera)
+
+    @property
+    def _discs(self) -> FloatArray:
+        """(rows * columns, 3) centre (x, y) and radius of each disc, metres."""
+        radii = np.full(len(self._lattice), 0.5 * self.diameter_mm * MM)
+        return np.column_stack([self.points()[:, :2], radii])
+
+    @property
+    def _pattern(self) -> Pattern:
+        x, y = self._lattice.T // 2
+        # nearest neighbours are along the diagonals
+        return Pattern(
+            self._lattice,
+            np.stack([x + y, y - x], axis=1) // 2,
+            reach=2.0 * math.sqrt(2.0) * self.spacing_mm / self.diameter_mm,
+            larger=1.0,
+            name=f"{self.columns}x{self.rows}",
+        )
 
     @property
     def _lattice(self) -> IntArray:

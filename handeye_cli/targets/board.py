@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from handeye_cli.records import FloatArray, GreyImage, IntArray, TargetSpec
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray, TargetSpec
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,16 @@ class Board(ABC):
     @abstractmethod
     def detect(self, grey: GreyImage) -> Detection:
         """Return the points found in a (height, width) image."""
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return what was detected, measured again through the camera model where that gains.
+
+        Args:
+            grey: (height, width) image.
+            seen: What `detect` found in it.
+            camera: Intrinsics, or None when they are unknown.
+        """
+        return seen
 
     def turns(self) -> tuple[IntArray, ...]:
         """Return the permutations of the points that a detector cannot tell apart.

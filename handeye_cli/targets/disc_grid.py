@@ -9,10 +9,11 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
-from handeye_cli.targets.discs import find_discs
+from handeye_cli.targets.disc_refinement import refine_discs
+from handeye_cli.targets.discs import Pattern, find_discs
 from handeye_cli.targets.keys import Range, refuse
 
 
@@ -67,7 +68,7 @@ class DiscGrid(Board):
 
         Without a larger corner disc, point 0 is the corner nearest to the top left of the image.
         """
-        discs = find_discs(grey, self._lattice, self.columns, self.rows)
+        discs = find_discs(grey, self._pattern)
         if isinstance(discs, str):
             return Detection.missing(discs)
         orders = lattice.right_handed(self._lattice, discs.pixels)
@@ -85,9 +86,32 @@ class DiscGrid(Board):
             f"discs, not of {self.columns}x{self.rows}: columns and rows are swapped"
         )
 
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the images of the discs' true centres, with the noise that the image leaves."""
+        return refine_discs(grey, self._discs, seen, camera)
+
+    @property
+    def _discs(self) -> FloatArray:
+        """(rows * columns, 3) centre (x, y) and radius of each disc, metres."""
+        radii = np.full(len(self._lattice), 0.5 * self.diameter_mm * MM)
+        if self.corner_diameter_mm is not None:
+            radii[0] = 0.5 * self.corner_diameter_mm * MM
+        return np.column_stack([self.points()[:, :2], radii])
+
     @property
     def _lattice(self) -> IntArray:
         return lattice.grid(self.columns, self.rows)
+
+    @property
+    def _pattern(self) -> Pattern:
+        corner = self.corner_diameter_mm or self.diameter_mm
+        return Pattern(
+            self._lattice,
+            self._lattice // 2,
+            reach=2.0 * self.spacing_mm / self.diameter_mm,
+            larger=corner / self.diameter_mm,
+            name=f"{self.columns}x{self.rows}",
+        )
 
     def _larger_corner(self, sizes: FloatArray, expected: float) -> int | str:
         """Return which of the detected points is the larger disc, or why that is not clear."""

@@ -9,7 +9,7 @@ from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import Lens, normalise, project
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.geometry.disc_pixels import PlateToPixel
-from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
 
 _FARTHEST = 2.0
@@ -22,27 +22,28 @@ _LOWEST_CONTRAST = 0.3
 
 
 def refine_discs(
-    grey: GreyImage, discs: FloatArray, ids: IntArray, rough: FloatArray, camera: Camera | None
+    grey: GreyImage, discs: FloatArray, seen: Detection, camera: Camera | None
 ) -> Detection:
     """Fit the discs that were roughly found.
 
     Args:
         grey: (height, width) image.
         discs: (n, 3) centre (x, y) and radius of the plate's discs, metres.
-        ids: (m,) which of them were found.
-        rough: (m, 2) their centres, good to about a pixel.
+        seen: The discs that were found, their centres good to about a pixel.
         camera: Intrinsics; without them a plane without distortion is assumed.
 
     Returns:
         The discs whose fit holds, with the pixel noise that the image's own noise leaves.
     """
-    seen = discs[ids]
-    fit = fit_discs(grey, seen, _plate_map(seen, rough, camera), rough)
-    good = _holds(fit, rough)
+    if seen.reason is not None:
+        return seen
+    found = discs[seen.ids]
+    fit = fit_discs(grey, found, _plate_map(found, seen.pixels, camera), seen.pixels)
+    good = _holds(fit, seen.pixels)
     if good.sum() < pnp.MIN_POINTS:
-        return Detection.missing(f"the edges of {len(ids)} discs are too blurred or too faint")
+        return Detection.missing(f"the edges of {len(found)} discs are too blurred or too faint")
     spread = np.trace(fit.covariance[good], axis1=1, axis2=2) / 2.0
-    return Detection(ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
+    return Detection(seen.ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
@@ -59,13 +60,14 @@ def _plate_map(discs: FloatArray, pixels: FloatArray, camera: Camera | None) -> 
     """Return the map from the plate to the pixels that fits the centres best."""
     points = np.pad(discs[:, :2], ((0, 0), (0, 1)))
     mask = np.ones(len(points), dtype=bool)
-    if camera is None:
+    lens = None if camera is None else camera.lens
+    directions = None if lens is None else normalise(pixels, lens.parameters, lens.model)
+    # A lens that leaves pixels without a direction cannot be right: as good as none.
+    if lens is None or directions is None or not np.all(np.isfinite(directions)):
         H = pnp.homography(discs[:, :2], pixels, mask)
         return lambda p: _projective(H, p)
-    lens = Lens(camera.parameters, camera.model)
     # Which of the two planar poses it is makes no difference to the shape of a disc.
-    flat = pnp.homography(discs[:, :2], normalise(pixels, lens.parameters, lens.model), mask)
-    start = pnp.pose_from_homography(flat)
+    start = pnp.pose_from_homography(pnp.homography(discs[:, :2], directions, mask))
     pose, _ = pnp.refine(start, pnp.Sightings(points, pixels, mask), lens)
     return lambda p: _through_camera(pose, lens, p)
 

@@ -1,8 +1,7 @@
-"""Grids of discs: found by OpenCV as blobs, then measured one by one.
+"""Grids of discs in an image: found as spots on a lattice, then measured one by one.
 
-What is measured is the centre of grey of the disc's image, which is near the centre of the ellipse
-that a tilted disc becomes. The image of the disc's own centre lies up to 0.1 px or so beside it;
-only the camera and the pose tell where.
+What is measured is the middle of the ellipse that a tilted disc becomes. The image of the disc's
+own centre lies up to 0.1 px or so beside it; only the camera and the pose tell where.
 """
 
 from __future__ import annotations
@@ -10,22 +9,52 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.targets import disc_outlines, disc_reasons
 from handeye_cli.targets.board import Detection
-from handeye_cli.targets.front_view import fits_plane
+from handeye_cli.targets.disc_lattice import Cells, grow
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, find_spots
+from handeye_cli.targets.disc_window import windows
 
-_CROWD = 3
-"""Blobs are kept up to this multiple of the discs: the search is cubic in their number."""
-_ASTRAY = 0.5
-"""A blob is not trusted when it lies farther from its place than this, in half pitches."""
-_MISFIT = 0.4
-"""A measured grid is refused when a disc does; lens distortion bends it less."""
+_SIDE = 800
+"""Pixels of the longer side of the image the discs are sought in first, at most."""
+_SMALL = (23, 0.4)
+_LADDER = ((45, 0.2), _SMALL, (161, 0.0))
+"""Ways to tell dark from light: window, pixels, and depth. Larger images only serve small discs."""
+_ABSENT = 0.4
+"""Share of the discs that may be missing among the spots; they are sought at their places."""
+_MOST_WINDOWS = 4
+_MISFIT = 0.35
+"""A grid is refused when a disc is off by more pitches; lens distortion bends it less."""
+_ODD = 0.17
+"""Pitches by which a disc may be off its place more than its neighbours are."""
+_ODD_SPOT = 0.2
+"""The same for a spot, which is not measured yet."""
+_WIDE = 1.3
+"""A spot of so many times the expected area may be the larger corner disc."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A layout of discs on a square lattice.
+
+    Attributes:
+        lattice: (n, 2) points in half pitches of the board.
+        places: (n, 2) the same as whole steps between nearest neighbours, axes turning alike.
+        reach: Distance of nearest neighbours in radii of a disc.
+        larger: Radius of the larger corner disc in radii of the others, 1 without.
+        name: For messages, such as `6x6`.
+    """
+
+    lattice: IntArray
+    places: IntArray
+    reach: float
+    larger: float
+    name: str
 
 
 @dataclass(frozen=True)
@@ -33,14 +62,14 @@ class Discs:
     """A grid of discs in an image.
 
     Attributes:
-        pixels: (n, 2) centres, in the order of the lattice up to a turn or mirroring.
-        sizes: (n,) diameters in half pitches, 0 where there is no disc.
+        pixels: (n, 2) centres, in the order of the lattice up to a turn.
+        sizes: (n,) diameters in distances of nearest neighbours.
         whole: (n,) whether the image's edge leaves the disc uncut.
     """
 
     pixels: FloatArray
     sizes: FloatArray
-    whole: NDArray[np.bool_]
+    whole: BoolArray
 
     def detection(self, order: IntArray) -> Detection:
         """Return the whole discs, where `order[k]` is the disc that is point k.
@@ -51,124 +80,134 @@ class Discs:
         return Detection(ids, self.pixels[order[ids]])
 
 
-def find_discs(
-    grey: GreyImage, lattice: IntArray, columns: int, rows: int, *, asymmetric: bool = False
-) -> Discs | str:
+def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
     """Return a grid of discs, dark or light, or the reason why there is none.
 
     Args:
         grey: (height, width) image.
-        lattice: (rows * columns, 2) lattice the discs lie on.
-        columns: Discs in a row.
-        rows: Rows of discs.
-        asymmetric: Whether every second row is shifted.
+        pattern: What is sought.
     """
-    layout = cv2.CALIB_CB_ASYMMETRIC_GRID if asymmetric else cv2.CALIB_CB_SYMMETRIC_GRID
-    most = 0
-    for light, strict in product((False, True), (True, False)):
-        image = 255 - grey if light else grey
-        blobs = _blobs(image, strict=strict)
-        most = max(most, len(blobs))
-        for centres in _grids(blobs[: _CROWD * len(lattice)], (columns, rows), layout):
-            discs = _measured(image, lattice, centres)
-            whole = discs.whole
-            if np.all(discs.sizes > 0) and fits_plane(lattice[whole], discs.pixels[whole], _MISFIT):
-                return discs
-    if most < len(lattice):
-        return f"{most} of {len(lattice)} discs were found"
-    return f"{most} spots like discs were found, but no grid of {columns}x{rows} among them"
+    attempts = disc_reasons.Attempts(len(pattern.lattice), pattern.name)
+    for image, factor, ladder in _reduced(grey):
+        for (window, depth), light in product(ladder, (False, True)):
+            spots = find_spots(255 - image if light else image, window, depth).scaled(factor)
+            attempts.saw(spots.widths)
+            for part in grow(spots, pattern.reach, pattern.larger):
+                found = _arranged(255 - grey if light else grey, pattern, spots, part, attempts)
+                if found is not None:
+                    return found
+    return attempts.reason(grey)
 
 
-def _blobs(image: GreyImage, *, strict: bool) -> FloatArray:
-    """Return the (n, 2) centres of round dark blobs, the largest first."""
-    settings = cv2.SimpleBlobDetector.Params()
-    settings.blobColor = 0
-    if not strict:
-        settings.minThreshold, settings.maxThreshold, settings.thresholdStep = 10, 245, 15
-        settings.minArea, settings.minDistBetweenBlobs, settings.minConvexity = 12, 4, 0.9
-    # the default loses discs of more than 80 pixels
-    settings.maxArea = max(image.size / 4, settings.minArea)
-    blobs = cv2.SimpleBlobDetector.create(settings).detect(image)
-    blobs = sorted(blobs, key=lambda blob: -blob.size)
-    return np.array([blob.pt for blob in blobs], dtype=np.float64).reshape(-1, 2)
+def _reduced(grey: GreyImage) -> Iterator[tuple[GreyImage, int, tuple[tuple[int, float], ...]]]:
+    """Yield ever larger versions of an image up to itself, each with its factor and ladder."""
+    factor = -(-max(grey.shape) // _SIDE)
+    for each in sorted({factor, -(-factor // 2), 1}, reverse=True):
+        rows, columns = (size // each for size in grey.shape)
+        if min(rows, columns) > 0:
+            part = grey[: rows * each, : columns * each]
+            small = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
+            yield np.asarray(small, dtype=np.uint8), each, _LADDER if each == factor else (_SMALL,)
 
 
-def _grids(blobs: FloatArray, size: tuple[int, int], layout: int) -> Iterator[FloatArray]:
-    """Yield the (n, 2) centres that OpenCV's two searches arrange as a grid."""
-    if len(blobs) < size[0] * size[1]:
-        return
-    candidates = blobs[:, None].astype(np.float32)
-    # OpenCV's type hints do not know that candidates go without a blob detector
-    arrange: Any = cv2.findCirclesGrid
-    for search in (cv2.CALIB_CB_CLUSTERING, 0):
-        # the plain search draws random numbers from a generator of this thread
-        cv2.setRNGSeed(0)
-        found, centres = arrange(
-            candidates, size, layout | search, None, cv2.CirclesGridFinderParameters()
-        )
-        if not found:
+def _arranged(
+    image: GreyImage,
+    pattern: Pattern,
+    spots: Spots,
+    part: Cells,
+    attempts: disc_reasons.Attempts,
+) -> Discs | None:
+    """Return the dark discs of a part of a lattice, measured, if they are the declared ones."""
+    candidates, covered = windows(pattern.places, part.places)
+    boxes = [_boxes(places, part.homography, pattern.reach) for places in candidates]
+    attempts.fitted(covered, boxes, image.shape)
+    if covered == len(pattern.places) and len(candidates) > 1:
+        return None
+    found = []
+    for places in candidates[:_MOST_WINDOWS]:
+        centres, shapes, known = _expected(places, pattern, spots, part)
+        if not _complete(centres, shapes, known, image.shape):
             continue
-        ordered = np.reshape(centres, (-1, 2)).astype(np.float64)
-        yield ordered
-        columns, rows = size
-        if layout == cv2.CALIB_CB_ASYMMETRIC_GRID and rows % 2 == 0:
-            # seen sideways, such a grid comes with the two rows of each pair exchanged
-            yield ordered.reshape(rows // 2, 2, columns, 2)[:, ::-1].reshape(-1, 2)
+        discs = _measured(image, pattern, centres, shapes)
+        if discs is not None:
+            found.append(discs)
+    return found[0] if len(found) == 1 else None
 
 
-def _measured(image: GreyImage, lattice: IntArray, centres: FloatArray) -> Discs:
-    """Return the dark discs near blobs in the order of the lattice; a size is 0 where none is.
+def _expected(
+    places: IntArray, pattern: Pattern, spots: Spots, part: Cells
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return centres and shapes of the discs at (n, 2) places, and which are spots already."""
+    spot_at = dict(zip(map(tuple, part.places.tolist()), part.members.tolist(), strict=True))
+    members = np.array([spot_at.get((x, y), -1) for x, y in places.tolist()])
+    known = members >= 0
+    centres, jacobian = _projected(part.homography, places)
+    off = np.where(known[:, None], spots.centres[members] - centres, 0.0)
+    likely = _smooth(places, off, known)
+    known &= _pitches(jacobian, off - likely) < _ODD_SPOT
+    likely = _smooth(places, off, known)
+    shapes = jacobian / pattern.reach
+    wide = known & (determinants(spots.shapes[members]) > _WIDE * np.abs(determinants(shapes)))
+    if pattern.larger > 1.0:
+        shapes[wide] = spots.shapes[members[wide]]
+    return centres + np.where(known[:, None], off, likely), shapes, known
 
-    OpenCV takes the mean of a blob over grey levels, and where one of them belongs to something
-    else the centre may even lie outside of the disc: such blobs are sought again at their place.
+
+def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray:
+    """Return the (n, 2, 2) least and largest x and y of discs at places."""
+    centres, jacobian = _projected(homography, places)
+    extent = np.linalg.norm(jacobian, axis=2) / reach
+    return np.stack([centres - extent, centres + extent], axis=1)
+
+
+def _smooth(places: IntArray, off: FloatArray, known: BoolArray) -> FloatArray:
+    """Return what (n, 2) offsets should be, going by the other known ones around.
+
+    The lens bends a grid smoothly: a disc is off its place as its neighbours are.
     """
-    homography, _ = cv2.findHomography(lattice.astype(np.float64), centres, cv2.RANSAC, 2.0)
+    apart = np.sum((places[:, None] - places) ** 2, axis=-1).astype(np.float64)
+    np.fill_diagonal(apart, np.inf)
+    weights = known / apart**2
+    return np.asarray(weights @ off / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12))
+
+
+def _pitches(jacobian: FloatArray, off: FloatArray) -> FloatArray:
+    """Return the (n,) lengths of offsets in pixels as pitches of the lattice there."""
+    return np.asarray(np.linalg.norm(np.linalg.solve(jacobian, off[..., None]), axis=(1, 2)))
+
+
+def _projected(homography: FloatArray, places: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the (n, 2) pixels of places and the (n, 2, 2) derivatives by the places."""
+    seen = places @ homography[:, :2].T + homography[:, 2]
+    pixels = seen[:, :2] / seen[:, 2:]
+    slope = homography[:2, :2] - pixels[:, :, None] * homography[2, :2]
+    return pixels, slope / seen[:, 2, None, None]
+
+
+def _complete(
+    centres: FloatArray, shapes: FloatArray, known: BoolArray, size: tuple[int, ...]
+) -> bool:
+    """Say whether so many discs are spots that the others may be sought at their places."""
+    absent = disc_outlines.inside(centres, shapes, size) & ~known
+    return bool(absent.sum() <= max(1, _ABSENT * len(known)) and np.sum(known) >= 4)
+
+
+def _measured(
+    image: GreyImage, pattern: Pattern, centres: FloatArray, shapes: FloatArray
+) -> Discs | None:
+    """Return the discs near (n, 2) centres, or None when they are not a plane grid of discs."""
+    outlines = disc_outlines.measure(image, centres, shapes, pattern.reach)
+    whole = outlines.whole
+    if not np.all(outlines.seen) or np.sum(whole) < 4:
+        return None
+    places = pattern.places.astype(np.float64)
+    homography, _ = cv2.findHomography(places[whole], outlines.centres[whole])
     if np.shape(homography) != (3, 3):
-        return Discs(centres, np.zeros(len(centres)), np.zeros(len(centres), dtype=bool))
-    seen = np.pad(lattice, ((0, 0), (0, 1)), constant_values=1) @ homography.T
-    expected = seen[:, :2] / seen[:, 2:]
-    scale = np.sqrt(np.abs(np.linalg.det(homography) / seen[:, 2] ** 3))
-    astray = np.linalg.norm(centres - expected, axis=1) > _ASTRAY * scale
-    starts = np.where(astray[:, None], expected, centres)
-    reach = int(np.ceil(2 * scale.max()))
-    # a margin no disc can cross: what touches the part's edge touches the image's
-    first = np.maximum(np.floor(starts.min(axis=0)).astype(int) - 2 * reach, 0)
-    last = np.ceil(starts.max(axis=0)).astype(int) + 2 * reach
-    part = image[first[1] : last[1] + 1, first[0] : last[0] + 1]
-    pixels, areas, whole = _centres_of_grey(part, starts - first, reach)
-    return Discs(pixels + first, np.sqrt(4 / np.pi * areas) / scale, whole)
-
-
-def _centres_of_grey(
-    image: GreyImage, starts: FloatArray, reach: int
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return centres, areas and wholeness of the dark spots that hold the (n, 2) starts.
-
-    A pixel counts by how far it is from the lightest to the darkest level within `reach`.
-    """
-    darkness = _darkness(image, reach)
-    spots = (darkness > 0.5).astype(np.uint8)
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(spots, connectivity=4)
-    # one pixel more on each side: the blurred edge belongs to the disc
-    grown = cv2.dilate(labels.astype(np.float32), np.ones((3, 3), dtype=np.uint8))
-    grown = np.where(labels > 0, labels, grown).astype(np.int64)
-    size = np.array(image.shape)[::-1]
-    column, row = np.clip(np.rint(starts).astype(np.int64), 0, size - 1).T
-    at = labels[row, column].astype(np.int64)
-    first, extent = boxes[at, :2], boxes[at, 2:4]
-    whole = np.all((first > 0) & (first + extent < size), axis=1)
-    x, y = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
-    weights = (darkness, darkness * x, darkness * y)
-    area, along, down = (np.bincount(grown.ravel(), each.ravel(), count)[at] for each in weights)
-    area = np.where(at > 0, area, 0.0)
-    centres = np.stack([along, down], axis=1) / np.maximum(area, 1.0)[:, None]
-    return centres, area, whole
-
-
-def _darkness(image: GreyImage, reach: int) -> FloatArray:
-    """Return each pixel's level between the lightest (0) and the darkest (1) around it."""
-    around = np.ones((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
-    smooth = cv2.GaussianBlur(image, (0, 0), 0.7)
-    light = cv2.dilate(smooth, around).astype(np.float64)
-    dark = cv2.erode(smooth, around).astype(np.float64)
-    return np.asarray(np.clip((light - image) / np.maximum(light - dark, 1.0), 0.0, 1.0))
+        return None
+    expected, jacobian = _projected(np.asarray(homography, dtype=np.float64), pattern.places)
+    off = outlines.centres - expected
+    odd = _pitches(jacobian, off - _smooth(pattern.places, off, whole))
+    if np.any(odd[whole] > _ODD) or np.any(_pitches(jacobian, off)[whole] > _MISFIT):
+        return None
+    areas = np.abs(determinants(outlines.shapes) / determinants(jacobian))
+    return Discs(outlines.centres, 2.0 * np.sqrt(areas), whole)

@@ -163,5 +163,5 @@ def test_the_first_guess_may_be_a_pixel_off():
     view = View.at(rng, 25.0)
     picture = view.picture(rng, noise=2.0)
     near = view.fit(rng, picture)
-    away = fit_discs(picture, DISCS, view.to_pixel, view.truth + [0.8, -0.8])
+    away = fit_discs(picture, DISCS, view.to_pixel, view.truth + np.array([0.8, -0.8]))
     assert np.max(np.abs(away.pixels - near.pixels)) < 0.003

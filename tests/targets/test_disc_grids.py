@@ -132,11 +132,11 @@ def test_a_disc_that_the_image_cuts_is_left_out():
     assert len(seen.ids) == 36
 
 
-def test_half_a_plate_says_how_many_discs_were_found():
+def test_half_a_plate_says_where_it_leaves_the_image():
     board, centres = board_of("disc-grid:6x6:5mm:3mm")
     H = pose_view((25, 25), distance=60, centre=(0, 120))
     seen = board.detect(render(discs(centres, 3.0), H))
-    assert seen.reason == "18 of 36 discs were found"
+    assert seen.reason == "18 of 36 discs: the plate leaves the image on the left"
 
 
 def test_a_plate_that_is_not_a_plane_grid_is_refused():

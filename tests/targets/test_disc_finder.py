@@ -1,0 +1,203 @@
+"""Grids of discs in random views, and the steps that find them one by one."""
+
+import cv2
+import numpy as np
+import pytest
+from targets.rendering import discs, pose_view, project, render
+
+from handeye_cli import targets
+from handeye_cli.records import Camera
+from handeye_cli.simulate.random_views import random_view
+from handeye_cli.targets import disc_outlines
+from handeye_cli.targets.disc_lattice import grow
+from handeye_cli.targets.disc_spots import Spots, find_spots
+from handeye_cli.targets.disc_window import windows
+
+VGA = Camera(640, 480, 550.0, 550.0, 316.7, 242.1, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
+
+
+def board_of(text):
+    board = targets.build(targets.parse(text))
+    points = board.points()
+    radii = np.full(len(points), board.diameter_mm / 2000)
+    if getattr(board, "corner_diameter_mm", None):
+        radii[0] = board.corner_diameter_mm / 2000
+    return board, points, radii
+
+
+def nearest_turn(board, detection, truth):
+    """Largest distance to the truth, for the turn of the board that fits best."""
+    assert detection.reason is None
+    assert len(detection.ids) == len(truth)
+    return min(
+        np.linalg.norm(detection.pixels - truth[turn], axis=1).max() for turn in board.turns()
+    )
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "text",
+    ["disc-grid:6x6:5mm:4mm", "disc-grid:7x5:5mm:2.5mm:4mm", "asymmetric-circles:4x7:3mm:3mm"],
+)
+def test_every_plate_is_found_in_random_light_and_clutter(text, seed):
+    board, points, radii = board_of(text)
+    view = random_view(VGA, points, radii, np.random.default_rng([5, seed]))
+    assert nearest_turn(board, board.detect(view.image), view.ellipses) < 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_light_discs_on_dark_paper_are_found(seed):
+    board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
+    view = random_view(VGA, points, radii, np.random.default_rng([6, seed]))
+    assert nearest_turn(board, board.detect(255 - view.image), view.ellipses) < 0.5
+
+
+@pytest.mark.parametrize("factor", [2, 3])
+def test_large_images_are_searched_small_and_measured_at_full_size(factor):
+    board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
+    view = random_view(VGA, points, radii, np.random.default_rng(7), width_px=(25.0, 40.0))
+    large = cv2.resize(view.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+    truth = factor * view.ellipses + (factor - 1) / 2
+    assert nearest_turn(board, board.detect(large), truth) < 0.15 * factor
+
+
+def test_a_crop_says_where_the_plate_leaves_the_image():
+    board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
+    view = random_view(
+        VGA, points, radii, np.random.default_rng(3), width_px=(24.0, 26.0), tilt=(0.1, 0.4)
+    )
+    left, right = view.ellipses[:, 0].min(), view.ellipses[:, 0].max()
+    for cut in np.linspace(left, right, 5)[1:3].astype(int).tolist():
+        seen = board.detect(np.ascontiguousarray(view.image[:, cut:]))
+        complete = np.sum(view.ellipses[:, 0] > cut + 0.5 * view.width + 1)
+        assert "of 36 discs: the plate leaves the image on the left" in seen.reason
+        assert abs(int(seen.reason.split()[0]) - complete) <= 2
+
+
+@pytest.mark.parametrize(("shape", "declared"), [("7x6", "6x6"), ("6x7", "6x6"), ("8x8", "5x4")])
+def test_a_larger_grid_than_declared_is_not_taken_for_it(shape, declared):
+    board, _, _ = board_of(f"disc-grid:{declared}:5mm:3mm")
+    _, points, _ = board_of(f"disc-grid:{shape}:5mm:3mm")
+    H = pose_view(points.max(axis=0)[:2] * 1000, distance=80, tilt=20, roll=10)
+    seen = board.detect(render(discs(points[:, :2] * 1000, 3.0), H))
+    assert seen.reason == (
+        f"the discs go on beyond {declared}: the declared grid fits several places"
+    )
+
+
+def test_a_disc_that_is_missing_is_not_made_up():
+    board, points, _ = board_of("disc-grid:6x6:5mm:3mm")
+    H = pose_view((25, 25), distance=60, tilt=20, roll=10)
+    keep = [k for k in range(36) if k != 14]
+    seen = board.detect(render(discs(points[:, :2] * 1000, 3.0, keep=keep), H))
+    assert seen.reason == "35 of 36 discs were found"
+
+
+def test_what_hides_the_discs_is_said():
+    board, points, _ = board_of("disc-grid:6x6:5mm:4mm")
+    H = pose_view((25, 25), distance=60)
+    sharp = render(discs(points[:, :2] * 1000, 4.0), H, samples=2)
+    soft = cv2.GaussianBlur(sharp, (0, 0), 12.0)
+    assert "the image is blurred, its sharpest edge is" in board.detect(soft).reason
+    flat = np.full((240, 320), 99, dtype=np.uint8)
+    assert board.detect(flat).reason == (
+        "0 of 36 discs were found: the image has nothing but grey levels from 99 to 99"
+    )
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 400), (3, 5), (40, 2000)])
+def test_images_of_any_shape_are_looked_at(shape):
+    board, _, _ = board_of("disc-grid:6x6:5mm:4mm")
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 256, shape, dtype=np.uint8)
+    assert "of 36 discs were found" in board.detect(image).reason
+
+
+def ellipse_picture(centre, axes, angle):
+    """An ellipse by counting: its middle, and the map from the unit circle."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    shape = turn @ np.diag(axes)
+    colour = discs([[0.0, 0.0]], 2.0)
+    H = np.eye(3)
+    H[:2, :2], H[:2, 2] = shape, centre
+    return render(colour, H, size=(120, 100), noise=1.0), shape
+
+
+@pytest.mark.parametrize("axes", [(6.0, 4.0), (20.0, 9.0), (30.0, 28.0)])
+def test_a_spot_is_the_ellipse_that_was_drawn(axes):
+    image, _ = ellipse_picture((61.3, 47.8), axes, 0.7)
+    spots = find_spots(image, 81, 0.4)
+    assert len(spots) == 1
+    np.testing.assert_allclose(spots.centres[0], [61.3, 47.8], atol=0.2)
+    # pixels are whole, and where dark begins depends on what is around
+    np.testing.assert_allclose(np.linalg.svd(spots.shapes[0])[1], axes, atol=0.8)
+
+
+@pytest.mark.parametrize("axes", [(6.0, 4.0), (20.0, 9.0), (30.0, 28.0)])
+def test_an_outline_is_measured_from_a_start_beside_it(axes):
+    image, shape = ellipse_picture((61.3, 47.8), axes, 0.7)
+    start = np.array([[61.3, 47.8]]) + 0.15 * axes[1]
+    seen = disc_outlines.measure(image, start, 1.1 * shape[None], 3.0)
+    assert seen.seen.tolist() == seen.whole.tolist() == [True]
+    np.testing.assert_allclose(seen.centres[0], [61.3, 47.8], atol=0.05)
+    np.testing.assert_allclose(np.linalg.svd(seen.shapes[0])[1], axes, atol=0.25)
+
+
+def test_an_empty_place_is_no_disc():
+    image, shape = ellipse_picture((61.3, 47.8), (12.0, 9.0), 0.7)
+    places = np.array([[25.0, 25.0], [61.3, 47.8], [61.3, 62.0]])
+    seen = disc_outlines.measure(image, places, np.stack([shape] * 3), 3.0)
+    assert seen.seen.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_lattice_grows_through_perspective_and_strays(seed):
+    rng = np.random.default_rng(seed)
+    row, column = np.divmod(np.arange(48), 8)
+    places = np.stack([column, row], axis=1)
+    H = pose_view((7, 5), distance=12, tilt=55, about=rng.uniform(0, 360), roll=30 * seed)
+    pixels = project(H, places)
+    eps = 1e-4
+    shapes = np.stack(
+        [(project(H, places + step) - pixels) / eps for step in eps * np.eye(2)], axis=2
+    )
+    strays = rng.uniform(pixels.min(axis=0) - 60, pixels.max(axis=0) + 60, (30, 2))
+    order = rng.permutation(78)
+    spots = Spots(
+        np.concatenate([pixels + rng.normal(0, 0.2, pixels.shape), strays])[order],
+        np.concatenate([0.4 * shapes, 0.4 * shapes[:30]])[order],
+    )
+    cells = next(grow(spots, 2.5, 1.0))
+    found = {int(order[k]): place for k, place in zip(cells.members, cells.places, strict=True)}
+    true = [k for k in range(48) if k in found]
+    assert len(true) >= 46
+    # whole-numbered, turned by quarters and shifted, never mirrored
+    moved = np.array([found[k] for k in true])
+    fit, *_ = np.linalg.lstsq(
+        np.column_stack([places[true], np.ones(len(true))]), moved, rcond=None
+    )
+    np.testing.assert_allclose(fit[:2] @ fit[:2].T, np.eye(2), atol=1e-9)
+    assert np.linalg.det(fit[:2]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_windows_are_those_found_by_trying_all(seed):
+    rng = np.random.default_rng(seed)
+    layout = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]])
+    places = np.argwhere(rng.random((6, 7)) < 0.6) - 3
+    taken = set(map(tuple, places.tolist()))
+    covered = {}
+    for quarter in range(2):
+        turned = layout if quarter == 0 else layout[:, ::-1]
+        for corner in np.ndindex(20, 20):
+            cells = turned + corner - np.array([10, 10])
+            key = frozenset(map(tuple, cells.tolist()))
+            covered[key] = len(key & taken)
+    found, most = windows(layout, places)
+    assert most == max(covered.values())
+    best = {key for key, count in covered.items() if count == most}
+    assert {frozenset(map(tuple, each.tolist())) for each in found} == best
+    assert len(found) == len(best)
+    for each in found:
+        axes = np.array([each[1] - each[0], each[3] - each[0]])
+        assert np.linalg.det(axes) == pytest.approx(1.0)
