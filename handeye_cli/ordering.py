@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from handeye_cli.geometry import consensus, se3
+from handeye_cli.geometry import consensus, rotations, se3
 from handeye_cli.intrinsics import camera_or_calibrated
 from handeye_cli.records import Features, FloatArray, IntArray, Station
 from handeye_cli.views import Views, pose_candidates, views_of
@@ -52,7 +52,7 @@ def _turn_transform(points: FloatArray, turn: IntArray) -> FloatArray:
     plane = np.array([0.0, 0.0, np.max(np.abs(points - centre))])
     before = np.concatenate([points - centre, plane[None]])
     after = np.concatenate([points[turn] - centre, plane[None]])
-    R = consensus.align(after, before)
+    R = rotations.align(after, before)
     return se3.from_parts(R, centre - R @ centre)
 
 

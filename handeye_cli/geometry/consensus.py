@@ -128,23 +128,8 @@ def _from_seed(
     seen = rotations.log(first @ np.swapaxes(chosen[:, 1:], -1, -2))
     base = robot[triple[0]]
     turned = rotations.log(np.swapaxes(base, -1, -2) @ robot[list(triple[1:])])
-    R_X = align(np.broadcast_to(turned, seen.shape), seen)
+    R_X = rotations.align(np.broadcast_to(turned, seen.shape), seen)
     return R_X, base @ R_X @ first[:, 0]
-
-
-def align(targets: FloatArray, sources: FloatArray) -> FloatArray:
-    """Return the (..., 3, 3) rotations R that bring `R @ sources` nearest to `targets`.
-
-    The cross product of the first two pairs is added as a third, so two vectors are enough.
-
-    Args:
-        targets: (..., m, 3) vectors, m >= 2.
-        sources: (..., m, 3) vectors.
-    """
-    outer = np.einsum("...mi,...mj->...ij", targets, sources)
-    normal_t = np.cross(targets[..., 0, :], targets[..., 1, :])
-    normal_s = np.cross(sources[..., 0, :], sources[..., 1, :])
-    return rotations.project_to_so3(outer + normal_t[..., :, None] * normal_s[..., None, :])
 
 
 def _common_rotations(robot: FloatArray, chosen: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -196,6 +196,21 @@ def mean(R: FloatArray) -> FloatArray:
     return project_to_so3(np.mean(R, axis=-3))
 
 
+def align(targets: FloatArray, sources: FloatArray) -> FloatArray:
+    """Return the (..., 3, 3) rotations R that bring `R @ sources` nearest to `targets`.
+
+    The cross product of the first two pairs is added as a third, so two vectors are enough.
+
+    Args:
+        targets: (..., m, 3) vectors, m >= 2.
+        sources: (..., m, 3) vectors.
+    """
+    outer = np.einsum("...mi,...mj->...ij", targets, sources)
+    normal_t = np.cross(targets[..., 0, :], targets[..., 1, :])
+    normal_s = np.cross(sources[..., 0, :], sources[..., 1, :])
+    return project_to_so3(outer + normal_t[..., :, None] * normal_s[..., None, :])
+
+
 def left_jacobian_inverse(v: FloatArray) -> FloatArray:
     """Return J with `Log(Exp(d) Exp(v)) = v + J d` to first order in d.
 

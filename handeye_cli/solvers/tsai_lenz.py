@@ -83,7 +83,7 @@ def _rough_rotation(
     index = np.concatenate([first, second], axis=-2)
     a, b = np.take_along_axis(P_g, index, axis=-2), np.take_along_axis(P_c, index, axis=-2)
     signs = np.array(list(product((1.0, -1.0), repeat=2)))
-    R = _align(a[..., None, :, :], signs[..., None] * b[..., None, :, :])
+    R = rotations.align(a[..., None, :, :], signs[..., None] * b[..., None, :, :])
     turn = motion_g[..., None, :, :3, :3] @ R[..., None, :, :]
     turn = turn - R[..., None, :, :] @ motion_c[..., None, :, :3, :3]
     misfit = np.sum(turn**2, axis=(-3, -2, -1))
@@ -95,14 +95,6 @@ def _rough_rotation(
     cost = np.where(possible, np.sum(left**2, axis=-1), np.inf)
     chosen = np.argmin(cost, axis=-1)[..., None, None, None]
     return np.take_along_axis(R, chosen, axis=-3)[..., 0, :, :]
-
-
-def _align(targets: FloatArray, sources: FloatArray) -> FloatArray:
-    """Return the rotations that bring two vectors nearest to two others, (..., 2, 3) each."""
-    normals = np.cross(targets[..., 0, :], targets[..., 1, :])
-    others = np.cross(sources[..., 0, :], sources[..., 1, :])
-    outer = np.einsum("...mi,...mj->...ij", targets, sources)
-    return rotations.project_to_so3(outer + normals[..., :, None] * others[..., None, :])
 
 
 def _pre_rotation(rough: FloatArray) -> FloatArray:

@@ -186,26 +186,3 @@ def test_one_candidate_each_is_all_there_is():
     scene.penalties[scene.kind != 2] = np.inf
     choice = scene.choose().index
     assert np.array_equal(scene.kind[np.arange(6), choice], np.full(6, 2))
-
-
-@pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
-@pytest.mark.parametrize("vectors", [2, 3, 7])
-def test_align_undoes_a_rotation(vectors, shape):
-    rng = np.random.default_rng(34)
-    R = random_rotations(max(1, int(np.prod(shape))), rng).reshape(*shape, 3, 3)
-    sources = rng.normal(size=(*shape, vectors, 3))
-    found = consensus.align(sources @ np.swapaxes(R, -1, -2), sources)
-    assert found == pytest.approx(R, abs=1e-12)
-
-
-def test_align_averages_noise_as_scipy_does():
-    rng = np.random.default_rng(35)
-    R = random_rotations(1, rng)[0]
-    sources = rng.normal(size=(6, 3))
-    targets = sources @ R.T + 1e-3 * rng.normal(size=(6, 3))
-    found = consensus.align(targets, sources)
-    normals = [np.cross(*targets[:2]), np.cross(*sources[:2])]
-    expected, _ = Rotation.align_vectors(
-        np.concatenate([targets, normals[:1]]), np.concatenate([sources, normals[1:]])
-    )
-    assert found == pytest.approx(expected.as_matrix(), abs=1e-10)

@@ -294,3 +294,26 @@ def test_a_batch_of_means_is_a_loop():
 def test_an_empty_batch_stays_empty(name):
     kernel, given_ = KERNELS[name]
     assert kernel(given_[:0, 0]).shape == kernel(given_[:, 0])[:0].shape
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_align_undoes_a_rotation(count, shape):
+    rng = np.random.default_rng(34)
+    R = random_rotations(shape, 34)
+    sources = rng.normal(size=(*shape, count, 3))
+    found = rotations.align(sources @ np.swapaxes(R, -1, -2), sources)
+    assert found == pytest.approx(R, abs=1e-12)
+
+
+def test_align_averages_noise_as_scipy_does():
+    rng = np.random.default_rng(35)
+    R = random_rotations((), 35)
+    sources = rng.normal(size=(6, 3))
+    targets = sources @ R.T + 1e-3 * rng.normal(size=(6, 3))
+    found = rotations.align(targets, sources)
+    normals = [np.cross(*targets[:2]), np.cross(*sources[:2])]
+    expected, _ = Rotation.align_vectors(
+        np.concatenate([targets, normals[:1]]), np.concatenate([sources, normals[1:]])
+    )
+    assert found == pytest.approx(expected.as_matrix(), abs=1e-10)
