@@ -12,7 +12,13 @@ from handeye_cli.chain import Chain
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry.loop import loop_jacobians
-from handeye_cli.geometry.observability import MotionSpread, motion_spread, nearest_axis
+from handeye_cli.geometry.observability import (
+    MotionSpread,
+    ScrewScale,
+    motion_spread,
+    nearest_axis,
+    screw_scale,
+)
 from handeye_cli.records import FloatArray, IntArray, PredictedError
 from handeye_cli.solvers.problem import Solution
 from handeye_cli.solvers.tsai_lenz import interstation_motions
@@ -23,6 +29,14 @@ _CONTRADICTION = 0.1
 """Rotations of robot and camera that differ by more than this (radians) are not the same motion."""
 _HIDDEN = 3.0
 """Axes spread by less than this factor times the noise of a rotation are not told apart."""
+_LARGEST_SCALE = 0.15
+"""Natural logarithm of a ratio of lengths that wrong intrinsics still explain."""
+_MOVED = 0.3
+"""Share of the camera's distance by which no noise moves a target."""
+_FARTHEST = 50.0
+"""Metres between the frames of a robot cell, at most."""
+_SCALE_SIGNIFICANCE = 8.0
+"""Factor by which a ratio of lengths must exceed its scatter: pairs share stations and noise."""
 _LARGEST_SIGMA = 0.35
 """A rotation less certain than this (radians) is not determined."""
 
@@ -39,7 +53,8 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
         UndeterminedError: The robot does not turn, turns about one axis only, or does not make the
             motions that the camera sees.
     """
-    spread = motion_spread(*interstation_motions(chain.A, chain.B, pairs))
+    motions = interstation_motions(chain.A, chain.B, pairs)
+    spread = motion_spread(*motions)
     noise = _SIGNIFICANCE * spread.mismatch
     frame = setup.mount
     if spread.median_mismatch > _CONTRADICTION:
@@ -64,7 +79,27 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
             "the translation along it are not determined",
             hint="add stations turned about another axis, by 20 deg or more",
         )
+    _check_scale(screw_scale(*motions))
     return spread
+
+
+def _check_scale(scale: ScrewScale) -> None:
+    """Refuse lengths that contradict each other clearly: units, or the size of the target."""
+    apart = abs(float(np.log(scale.ratio)))
+    if apart <= _LARGEST_SCALE or min(apart, 1.0) <= _SCALE_SIGNIFICANCE * scale.sigma:
+        return
+    found = f"found them {scale.ratio:.4g} times as long (+- {100 * scale.sigma:.1f} %)"
+    thousand = abs(apart - np.log(1000.0)) < np.log(2.0)
+    hint = (
+        "one side is in millimetres: check --pose-units and the lengths of the target"
+        if thousand
+        else f"the target's lengths would have to be {scale.ratio:.3f} times as large: measure it, "
+        "and check --target and --pose-units"
+    )
+    raise UndeterminedError(
+        f"expected the robot's motions to be as long as the camera's along their axes, {found}",
+        hint=hint,
+    )
 
 
 def _axis_text(axis: FloatArray, frame: str) -> str:
@@ -78,17 +113,42 @@ def check_agreement(chain: Chain, solution: Solution) -> None:
     """Check that the stations agree on a rough solution.
 
     Raises:
-        UndeterminedError: They see the target turned against each other by more than any noise.
+        UndeterminedError: They see the target turned or moved against each other by more than any
+            noise.
     """
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
-    typical = float(np.median(np.linalg.norm(residuals[:, 3:], axis=1)))
-    if typical > _CONTRADICTION:
-        raise UndeterminedError(
-            f"expected all stations to see the target in one place, found it turned by "
-            f"{np.degrees(typical):.1f} deg in the median",
-            hint="check --robot-poses (gripper-in-base or base-in-gripper), --quaternion-order and "
-            "--setup",
-        )
+    turned = float(np.median(np.linalg.norm(residuals[:, 3:], axis=1)))
+    moved = float(np.median(np.linalg.norm(residuals[:, :3], axis=1)))
+    away = float(np.median(np.linalg.norm(chain.B[:, :3, 3], axis=1)))
+    if turned > _CONTRADICTION:
+        found = f"turned by {np.degrees(turned):.1f} deg"
+    elif moved > _MOVED * away:
+        found = f"moved by {1e3 * moved:.0f} mm at a distance of {1e3 * away:.0f} mm"
+    else:
+        return
+    raise UndeterminedError(
+        f"expected all stations to see the target in one place, found it {found} in the median",
+        hint="check --robot-poses (gripper-in-base or base-in-gripper), --quaternion-order, "
+        "--pose-units and --setup",
+    )
+
+
+def check_distances(solution: Solution, setup: Setup) -> None:
+    """Check that the answer is of the size of a robot cell.
+
+    A circle of stations has no translation along its axes, so nothing contradicts robot poses in
+    millimetres that are read as metres, but a camera hundreds of metres from its mount.
+
+    Raises:
+        UndeterminedError: The camera or the target is farther away than any robot reaches.
+    """
+    for name, pose in ((setup.answer, solution.X), (setup.constant, solution.Z)):
+        distance = float(np.linalg.norm(pose[:3, 3]))
+        if distance > _FARTHEST:
+            raise UndeterminedError(
+                f"expected a translation of {name} within {_FARTHEST:g} m, found {distance:.0f} m",
+                hint="the robot's poses may be in millimetres: --pose-units mm",
+            )
 
 
 def check_certainty(

@@ -18,6 +18,7 @@ from handeye_cli.errors import InputError, QualityGateError, UsageError
 from handeye_cli.records import (
     Calibration,
     Features,
+    Finding,
     FloatArray,
     Plan,
     Recording,
@@ -283,3 +284,11 @@ def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
             yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
     if limits.consistent and row.consistent is False:
         yield f"{where}: the errors contradict the prediction"
+
+
+def findings_of(record: Any) -> tuple[Finding, ...]:
+    """Return what a record has to say about its data."""
+    found: tuple[Finding, ...] = (
+        record.findings if isinstance(record, Features | Stations) else record.diagnosis
+    )
+    return found

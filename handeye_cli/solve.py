@@ -11,7 +11,12 @@ from handeye_cli.chain import Chain, chain_of
 from handeye_cli.errors import ConvergenceError, UsageError
 from handeye_cli.geometry import star
 from handeye_cli.geometry.loop import loop_jacobians
-from handeye_cli.motion_check import check_agreement, check_certainty, check_motions
+from handeye_cli.motion_check import (
+    check_agreement,
+    check_certainty,
+    check_distances,
+    check_motions,
+)
 from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.predict import paper_prediction, predicted_error, solution_covariance
 from handeye_cli.records import (
@@ -49,7 +54,7 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
     chain = chain_of(stations)
     chosen = choose_pairs(pairs, len(chain.A))
     spread = check_motions(chain, chosen, stations.setup)
-    problem, solution, model = estimate(chain, chosen, stations.noise, method)
+    problem, solution, model = estimate(chain, chosen, stations, method)
     influence = solvers.load(method).influence(problem, solution)
     covariance = solution_covariance(influence, model.covariance)
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
@@ -92,11 +97,17 @@ def choose_pairs(name: str, count: int) -> IntArray:
 
 
 def estimate(
-    chain: Chain, pairs: IntArray, given: Noise | None, method: str
+    chain: Chain, pairs: IntArray, stations: Stations, method: str
 ) -> tuple[Problem, Solution, NoiseModel]:
     """Solve and estimate the noise in turns until both agree.
 
     A closed form does not depend on the noise and settles at once.
+
+    Args:
+        chain: The stations to use.
+        pairs: (m, 2) their interstation pairs.
+        stations: The document they are from, for its setup and its given noise.
+        method: A row of the table of solvers.
 
     Raises:
         UsageError: Unknown method.
@@ -106,8 +117,9 @@ def estimate(
     solver, start = solvers.load(method), solvers.load("tsai-lenz")
     covariance = np.broadcast_to(np.eye(12), (len(chain.A), 12, 12))
     solution = start.solve(Problem(chain.A, chain.B, pairs, covariance))
+    check_distances(solution, stations.setup)
     check_agreement(chain, solution)
-    model = noise_model(chain, given, solution)
+    model = noise_model(chain, stations.noise, solution)
     for _ in range(_ROUNDS):
         problem = Problem(chain.A, chain.B, pairs, model.covariance)
         solution = solver.solve(problem)
@@ -116,7 +128,7 @@ def estimate(
                 f"the {method} estimation did not converge on {len(chain.A)} stations",
                 hint="try --method tsai-lenz, and look at the residuals of the stations",
             )
-        previous, model = model, noise_model(chain, given, solution, model.noise)
+        previous, model = model, noise_model(chain, stations.noise, solution, model.noise)
         change = model.variances - previous.variances
         if change @ model.information @ change <= _SETTLED**2:
             return problem, solution, model

@@ -79,7 +79,7 @@ def _row(stations: Stations, chain: Chain, count: int, method: str, pairs: str) 
     except UndeterminedError as error:
         where = f"calibrating on the first {count} of {len(chain.A)} stations"
         raise UndeterminedError(error.message, where=where, hint=error.hint) from error
-    problem, solution, model = estimate(first, chosen, stations.noise, method)
+    problem, solution, model = estimate(first, chosen, stations, method)
     X = solution.X
     answer = solvers.load(method).influence(problem, solution)[:, :6]
     both = np.concatenate([answer, mean_influence(first.A, first.B, X, answer)], axis=1)

@@ -85,7 +85,10 @@ def _show_report(record: Any) -> None:
 
 
 def _show_findings(record: Any) -> None:
-    from handeye_cli.render.console import make_console, show_findings
-    from handeye_cli.render.report import findings
+    from handeye_cli.pipeline import findings_of
 
-    show_findings(make_console(sys.stderr), findings(record))
+    found = findings_of(record)
+    if found:
+        from handeye_cli.render.console import make_console, show_findings
+
+        show_findings(make_console(sys.stderr), found)

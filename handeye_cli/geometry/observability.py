@@ -12,6 +12,9 @@ from handeye_cli.geometry import rotations
 FloatArray = NDArray[np.float64]
 
 _NUMERICAL_FLOOR = 1e-9
+_FEWEST_MOTIONS = 6
+_CERTAIN_AXIS = 1.95
+"""Length of an axis beyond which noise may turn it round: 2 sin(angle / 2) for 154 deg."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,47 @@ def motion_spread(motion_g: FloatArray, motion_c: FloatArray) -> MotionSpread:
         second_axis=float(min(sizes_g[1], sizes_c[1]) / np.sqrt(len(P_g))),
         main_axis=directions[0],
     )
+
+
+@dataclass(frozen=True)
+class ScrewScale:
+    """Lengths of the mount's motions over those of the camera's.
+
+    Attributes:
+        ratio: Slope of the translations along the rotation axes; 1 for consistent units.
+        sigma: Relative standard deviation of the ratio from the scatter; infinite where the motions
+            have no translation along their axes.
+    """
+
+    ratio: float
+    sigma: float
+
+
+def screw_scale(motion_g: FloatArray, motion_c: FloatArray) -> ScrewScale:
+    """Compare the lengths of interstation motions without solving anything.
+
+    The translation along its rotation axis is the same for both sides of `H_g X = X H_c`, whatever
+    X is; the axes' lengths of eq. (9) weigh it, so that small rotations do not disturb.
+
+    Args:
+        motion_g: (m, 4, 4) motions of the mount.
+        motion_c: (m, 4, 4) motions of the camera for the same pairs.
+    """
+    along_g, along_c = (_along_axis(motion) for motion in (motion_g, motion_c))
+    squares_g, squares_c = float(along_g @ along_g), float(along_c @ along_c)
+    product = float(along_g @ along_c)
+    if product <= 0.0 or len(along_g) < _FEWEST_MOTIONS:
+        return ScrewScale(1.0, np.inf)
+    explained = product**2 / (squares_g * squares_c)
+    spread = max(1.0 - explained, 0.0) / (explained * (len(along_g) - 1))
+    return ScrewScale(product / squares_c, float(np.sqrt(spread)))
+
+
+def _along_axis(motion: FloatArray) -> FloatArray:
+    """Return the (m,) translations along the axes P of eq. (9), those near pi left out."""
+    P = rotations.principal_axis(motion[:, :3, :3])
+    certain = np.linalg.norm(P, axis=1) < _CERTAIN_AXIS
+    return np.asarray(np.sum(P * motion[:, :3, 3], axis=1) * certain)
 
 
 def nearest_axis(direction: FloatArray) -> str | None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.console import Console
 
-from handeye_cli.records import Calibration, Features, Finding, Plan, Stations, Verification
+from handeye_cli.records import Calibration, Features, Plan, Stations, Verification
 from handeye_cli.render.calibration import show_calibration
 from handeye_cli.render.plan import show_plan
 from handeye_cli.render.stations import show_features, show_stations
@@ -24,11 +24,3 @@ _REPORTS: dict[type, Any] = {
 def show(record: Any, console: Console) -> None:
     """Print the report of a record; its findings are not part of it."""
     _REPORTS[type(record)](record, console)
-
-
-def findings(record: Any) -> tuple[Finding, ...]:
-    """Return what a record has to say about its data."""
-    found: tuple[Finding, ...] = (
-        record.findings if isinstance(record, Features | Stations) else record.diagnosis
-    )
-    return found

@@ -55,7 +55,7 @@ def test_record_comes_back_as_it_was(records, tmp_path, name, ending):
 @pytest.mark.parametrize("name", ["features", "stations"])
 def test_as_written_is_to_the_last_bit_what_comes_back(records, tmp_path, name):
     path = str(tmp_path / "document.json")
-    rotations = Rotation.random(100, rng=np.random.default_rng(7)).as_matrix()
+    rotations = Rotation.from_quat(np.random.default_rng(7).normal(size=(100, 4))).as_matrix()
     poses = se3.from_parts(rotations, np.zeros(3))
     station = records[name].stations[0]
     stations = tuple(

@@ -12,6 +12,7 @@ import pytest
 
 from handeye_cli.conventions import Setup
 from handeye_cli.geometry import rotations, se3
+from handeye_cli.pipeline import findings_of as findings
 from handeye_cli.plan import plan
 from handeye_cli.records import (
     Calibration,
@@ -31,7 +32,7 @@ from handeye_cli.records import (
     VerificationRow,
 )
 from handeye_cli.render.console import make_console, show_findings
-from handeye_cli.render.report import findings, show
+from handeye_cli.render.report import show
 
 GOLDEN = Path(__file__).parent / "golden"
 
