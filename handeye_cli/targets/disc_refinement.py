@@ -13,8 +13,11 @@ from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
 
 _FARTHEST = 2.0
-"""A fitted centre farther than this from the rough one, in pixels, went elsewhere."""
+"""A fitted centre farther than this from where it started, in pixels, went elsewhere."""
 _LARGEST_GROWTH = 0.3
+_OUTLINE = 32
+_NOTICEABLE = 0.3
+"""Offsets between centres and middles, in pixels, that the pose of the plate should know of."""
 _LARGEST_MISFIT = 25.0
 """Mean square residual, over the median of all discs, of a disc that is covered or stained."""
 _LOWEST_CONTRAST = 0.3
@@ -38,12 +41,32 @@ def refine_discs(
     if seen.reason is not None:
         return seen
     found = discs[seen.ids]
-    fit = fit_discs(grey, found, _plate_map(found, seen.pixels, camera), seen.pixels)
-    good = _holds(fit, seen.pixels)
+    to_pixel = _plate_map(found, seen.pixels, camera)
+    offsets = _centre_offsets(found, to_pixel)
+    start = seen.pixels + offsets
+    if np.max(np.abs(offsets)) > _NOTICEABLE:
+        to_pixel = _plate_map(found, start, camera)
+    fit = fit_discs(grey, found, to_pixel, start)
+    good = _holds(fit, start)
     if good.sum() < pnp.MIN_POINTS:
         return Detection.missing(f"the edges of {len(found)} discs are too blurred or too faint")
     spread = np.trace(fit.covariance[good], axis1=1, axis2=2) / 2.0
     return Detection(seen.ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
+
+
+def _centre_offsets(discs: FloatArray, to_pixel: PlateToPixel) -> FloatArray:
+    """Return (n, 2) from the middle of each disc's image to the image of its centre, pixels.
+
+    The middle is the centroid of the area within the projected outline.
+    """
+    angle = 2.0 * np.pi * np.arange(_OUTLINE) / _OUTLINE
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    centre = to_pixel(discs[:, :2])
+    edge = to_pixel(discs[:, None, :2] + discs[:, 2, None, None] * ring) - centre[:, None]
+    following = np.roll(edge, -1, axis=1)
+    area = edge[..., 0] * following[..., 1] - edge[..., 1] * following[..., 0]
+    moment = np.sum(area[..., None] * (edge + following), axis=1) / 3.0
+    return np.asarray(-moment / np.sum(area, axis=1)[:, None])
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:

@@ -109,3 +109,20 @@ def test_blank_paper_under_the_rough_centres_gives_a_reason():
     seen = board.refine(noise, rough, CAMERA)
     assert seen.reason is not None
     assert "too blurred or too faint" in seen.reason
+
+
+def test_large_tilted_discs_start_from_their_centres():
+    """Discs of 90 px at 50 deg: middles and centres lie more than a pixel apart."""
+    spec = targets.parse("disc-grid:3x3:20mm:16mm")
+    camera = Camera(900, 700, 900.0, 900.0, 449.5, 349.5)
+    plate = disc_plate(spec)
+    R = rotations.exp(np.radians(50.0) * np.array([0.6, 0.8, 0.0]))
+    pose = se3.from_parts(R, np.array([0.0, 0.0, 0.14]) - R @ plate.centres.mean(axis=0))
+    grey = render_discs(camera, pose, plate.centres, plate.radii)
+    board = targets.build(spec)
+    rough = board.detect(grey)
+    seen = board.refine(grey, rough, camera)
+    truth = project(se3.transform_points(pose, plate.centres), camera.parameters)
+    assert np.abs(rough.pixels - numbered_like(rough, truth, board)).max() > 1.0
+    assert len(seen.ids) == 9
+    assert np.abs(seen.pixels - numbered_like(seen, truth, board)).max() < 0.01
