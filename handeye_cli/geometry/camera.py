@@ -7,12 +7,15 @@ takes k1 k2 k3 k4 of the angle to the optical axis. Missing coefficients are zer
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+PlateToPixel = Callable[[FloatArray], FloatArray]
+"""Map of (..., 2) points of a target's plane, metres, to their (..., 2) pixels."""
 
 _PLUMB_BOB_SIZE = 12
 _EQUIDISTANT_SIZE = 4

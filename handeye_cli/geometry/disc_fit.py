@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_pixels import (
     EdgePixels,
     FloatArray,
-    PlateToPixel,
     SingleArray,
     Windows,
     cut_windows,

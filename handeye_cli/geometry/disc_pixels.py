@@ -7,16 +7,16 @@ nor lens distortion has to be inverted pixel by pixel.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli.geometry.camera import PlateToPixel
+
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
 IntArray = NDArray[np.int64]
-PlateToPixel = Callable[[FloatArray], FloatArray]
 
 NEIGHBOURS = 4
 _POWERS = [(i, j) for i in range(4) for j in range(4 - i)]

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry import pnp
-from handeye_cli.geometry.camera import Lens, normalise, project
+from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
-from handeye_cli.geometry.disc_pixels import PlateToPixel
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
+from handeye_cli.targets.plate_map import plate_map
 
 _FARTHEST = 2.0
 """A fitted centre farther than this from where it started, in pixels, went elsewhere."""
@@ -41,11 +41,11 @@ def refine_discs(
     if seen.reason is not None:
         return seen
     found = discs[seen.ids]
-    to_pixel = _plate_map(found, seen.pixels, camera)
+    to_pixel = plate_map(found[:, :2], seen.pixels, camera)
     offsets = _centre_offsets(found, to_pixel)
     start = seen.pixels + offsets
     if np.max(np.abs(offsets)) > _NOTICEABLE:
-        to_pixel = _plate_map(found, start, camera)
+        to_pixel = plate_map(found[:, :2], start, camera)
     fit = fit_discs(grey, found, to_pixel, start)
     good = _holds(fit, start)
     if good.sum() < pnp.MIN_POINTS:
@@ -77,29 +77,3 @@ def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
         & (fit.misfit < _LARGEST_MISFIT)
         & (relative > _LOWEST_CONTRAST)
     )
-
-
-def _plate_map(discs: FloatArray, pixels: FloatArray, camera: Camera | None) -> PlateToPixel:
-    """Return the map from the plate to the pixels that fits the centres best."""
-    points = np.pad(discs[:, :2], ((0, 0), (0, 1)))
-    mask = np.ones(len(points), dtype=bool)
-    lens = None if camera is None else camera.lens
-    directions = None if lens is None else normalise(pixels, lens.parameters, lens.model)
-    # A lens that leaves pixels without a direction cannot be right: as good as none.
-    if lens is None or directions is None or not np.all(np.isfinite(directions)):
-        H = pnp.homography(discs[:, :2], pixels, mask)
-        return lambda p: _projective(H, p)
-    # Which of the two planar poses it is makes no difference to the shape of a disc.
-    start = pnp.pose_from_homography(pnp.homography(discs[:, :2], directions, mask))
-    pose, _ = pnp.refine(start, pnp.Sightings(points, pixels, mask), lens)
-    return lambda p: _through_camera(pose, lens, p)
-
-
-def _projective(H: FloatArray, plate: FloatArray) -> FloatArray:
-    mapped = plate @ H[:, :2].T + H[:, 2]
-    return np.asarray(mapped[..., :2] / mapped[..., 2:])
-
-
-def _through_camera(pose: FloatArray, lens: Lens, plate: FloatArray) -> FloatArray:
-    here = plate @ pose[:3, :2].T + pose[:3, 3]
-    return project(here, lens.parameters, lens.model)
