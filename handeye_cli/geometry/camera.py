@@ -47,7 +47,7 @@ def project(points: FloatArray, parameters: FloatArray, model: str = "plumb_bob"
     Returns:
         (..., 2) pixels.
     """
-    distorted, _, _ = distort(points[..., :2] / points[..., 2:], parameters[4:], model)
+    distorted = bend(points[..., :2] / points[..., 2:], parameters[4:], model)
     return np.asarray(distorted * parameters[:2] + parameters[2:4])
 
 
@@ -96,23 +96,25 @@ def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bo
         return _unbend(wanted, parameters[4:])
     if not np.any(parameters[4:]):
         return np.asarray(wanted)
+    k = _padded(parameters[4:], _PLUMB_BOB_SIZE)
     xy = wanted
     for _ in range(_NEWTON_STEPS):
-        distorted, slope, _ = distort(xy, parameters[4:], model)
+        distorted, slope = _bend_and_slope(xy, k)
         error = distorted - wanted
-        if np.all(np.abs(error) < 1e-14):
+        if np.max(np.abs(error), initial=0.0) < 1e-14:
             break
         xy = xy - _solve2(slope, error)
-    distorted, slope, _ = distort(xy, parameters[4:], model)
+    distorted, slope = _bend_and_slope(xy, k)
     hit = np.max(np.abs(distorted - wanted), axis=-1) <= 1e-9
     # Beyond its fold the model maps a second, mirrored direction to the same pixel.
-    unfolded = (np.linalg.det(slope) > 0) & (np.trace(slope, axis1=-2, axis2=-1) > 0)
+    (a, b), (c, d) = np.moveaxis(slope, (-2, -1), (0, 1))
+    unfolded = (a * d - b * c > 0) & (a + d > 0)
     return np.where((hit & unfolded)[..., None], xy, np.nan)
 
 
 def _unbend(wanted: FloatArray, coefficients: FloatArray) -> FloatArray:
     """Invert the equidistant model: Newton's method on the angle to the axis alone."""
-    k = np.concatenate([coefficients, np.zeros(_EQUIDISTANT_SIZE - coefficients.size)])
+    k = _padded(coefficients, _EQUIDISTANT_SIZE)
     radius = np.linalg.norm(wanted, axis=-1)
     theta = np.minimum(radius, 0.5 * np.pi)
     for _ in range(_NEWTON_STEPS):
@@ -134,6 +136,19 @@ def _solve2(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     return np.stack([(d * u - b * v) / safe, (a * v - c * u) / safe], axis=-1)
 
 
+def bend(xy: FloatArray, coefficients: FloatArray, model: str) -> FloatArray:
+    """Return distorted directions; `distort` without the derivatives.
+
+    Args:
+        xy: (..., 2) undistorted coordinates on the plane z = 1.
+        coefficients: (k,) of the model.
+        model: Name of the distortion model.
+    """
+    if model == "equidistant":
+        return _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))[0]
+    return _bend(xy, _Radial.of(xy, k := _padded(coefficients, _PLUMB_BOB_SIZE)), k)
+
+
 def distort(
     xy: FloatArray, coefficients: FloatArray, model: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -148,42 +163,84 @@ def distort(
         (..., 2) distorted coordinates, (..., 2, 2) derivatives by `xy`, (..., 2, k) by the
         coefficients.
     """
-    size = coefficients.size
     if model == "equidistant":
-        full = np.concatenate([coefficients, np.zeros(_EQUIDISTANT_SIZE - size)])
-        out, by_xy, by_k = _equidistant(xy, full)
+        out, by_xy, by_k = _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))
     else:
-        full = np.concatenate([coefficients, np.zeros(_PLUMB_BOB_SIZE - size)])
-        out, by_xy, by_k = _radial_tangential(xy, full)
-    return out, by_xy, by_k[..., :size]
+        k = _padded(coefficients, _PLUMB_BOB_SIZE)
+        out, by_xy = _bend_and_slope(xy, k)
+        by_k = _by_coefficients(xy, k)
+    return out, by_xy, by_k[..., : coefficients.size]
 
 
-def _radial_tangential(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _padded(coefficients: FloatArray, size: int) -> FloatArray:
+    return np.concatenate([coefficients, np.zeros(size - coefficients.size)])
+
+
+@dataclass(frozen=True)
+class _Radial:
+    """What the radial part needs at a direction: powers of the radius, gain, and denominator."""
+
+    r2: FloatArray
+    r4: FloatArray
+    gain: FloatArray
+    below: FloatArray | float
+
+    @classmethod
+    def of(cls, xy: FloatArray, k: FloatArray) -> _Radial:
+        x, y = xy[..., 0], xy[..., 1]
+        r2 = x * x + y * y
+        r4 = r2 * r2
+        above = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))
+        below = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) if np.any(k[5:8]) else 1.0
+        return cls(r2, r4, above / below, below)
+
+
+def _bend(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
+    _, _, p1, p2, *_, s1, s2, s3, s4 = k
+    x, y, r2 = xy[..., 0], xy[..., 1], radial.r2
+    out = xy * radial.gain[..., None]
+    if np.any(k[2:4]):
+        xy2 = 2 * x * y
+        out[..., 0] += p1 * xy2 + p2 * (r2 + 2 * x * x)
+        out[..., 1] += p1 * (r2 + 2 * y * y) + p2 * xy2
+    if np.any(k[8:]):
+        out[..., 0] += s1 * r2 + s2 * radial.r4
+        out[..., 1] += s3 * r2 + s4 * radial.r4
+    return out
+
+
+def _bend_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (..., 2) distorted directions and their (..., 2, 2) derivatives by `xy`."""
     k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = k
-    x, y = xy[..., 0], xy[..., 1]
-    r2 = x * x + y * y
-    r4, r6 = r2 * r2, r2 * r2 * r2
-    above = 1 + k1 * r2 + k2 * r4 + k3 * r6
-    below = 1 + k4 * r2 + k5 * r4 + k6 * r6
-    gain = above / below
-    gain_slope = (k1 + 2 * k2 * r2 + 3 * k3 * r4 - gain * (k4 + 2 * k5 * r2 + 3 * k6 * r4)) / below
-    u = x * gain + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + s1 * r2 + s2 * r4
-    v = y * gain + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + s3 * r2 + s4 * r4
+    radial = _Radial.of(xy, k)
+    x, y, r2, gain = xy[..., 0], xy[..., 1], radial.r2, radial.gain
+    slope = k1 + r2 * (2 * k2 + 3 * k3 * r2) - gain * (k4 + r2 * (2 * k5 + 3 * k6 * r2))
+    twice = 2 * slope / radial.below
     prism_u, prism_v = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
-    cross = 2 * gain_slope * x * y
-    u_x = gain + 2 * gain_slope * x * x + 2 * p1 * y + 6 * p2 * x + prism_u * x
-    u_y = cross + 2 * p1 * x + 2 * p2 * y + prism_u * y
-    v_x = cross + 2 * p1 * x + 2 * p2 * y + prism_v * x
-    v_y = gain + 2 * gain_slope * y * y + 6 * p1 * y + 2 * p2 * x + prism_v * y
-    radial = np.stack([r2, r4, r6, -gain * r2, -gain * r4, -gain * r6], axis=-1) / below[..., None]
+    cross = twice * x * y + 2 * (p1 * x + p2 * y)
+    by_xy = np.empty((*xy.shape, 2))
+    by_xy[..., 0, 0] = gain + twice * x * x + 2 * p1 * y + 6 * p2 * x + prism_u * x
+    by_xy[..., 0, 1] = cross + prism_u * y
+    by_xy[..., 1, 0] = cross + prism_v * x
+    by_xy[..., 1, 1] = gain + twice * y * y + 6 * p1 * y + 2 * p2 * x + prism_v * y
+    return _bend(xy, radial, k), by_xy
+
+
+def _by_coefficients(xy: FloatArray, k: FloatArray) -> FloatArray:
+    """Return the (..., 2, 12) derivatives of distorted directions by the coefficients."""
+    radial = _Radial.of(xy, k)
+    x, y = xy[..., 0], xy[..., 1]
+    r2, r4, gain, below = radial.r2, radial.r4, radial.gain, radial.below
+    r6 = r2 * r4
+    share = np.stack([r2, r4, r6, -gain * r2, -gain * r4, -gain * r6], axis=-1)
+    share = share / np.broadcast_to(below, r2.shape)[..., None]
     by_k = np.zeros((*xy.shape, _PLUMB_BOB_SIZE))
-    by_k[..., [0, 1, 4, 5, 6, 7]] = xy[..., None] * radial[..., None, :]
+    by_k[..., [0, 1, 4, 5, 6, 7]] = xy[..., None] * share[..., None, :]
     by_k[..., 0, 2], by_k[..., 1, 2] = 2 * x * y, r2 + 2 * y * y
     by_k[..., 0, 3], by_k[..., 1, 3] = r2 + 2 * x * x, 2 * x * y
     by_k[..., 0, 8], by_k[..., 0, 9] = r2, r4
     by_k[..., 1, 10], by_k[..., 1, 11] = r2, r4
-    by_xy = np.stack([u_x, u_y, v_x, v_y], axis=-1).reshape(*xy.shape, 2)
-    return np.stack([u, v], axis=-1), by_xy, by_k
+    return by_k
 
 
 def _equidistant(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

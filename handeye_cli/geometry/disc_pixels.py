@@ -19,31 +19,49 @@ SingleArray = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 
 NEIGHBOURS = 4
-_POWERS = [(i, j) for i in range(4) for j in range(4 - i)]
-"""Exponents of the cubic's monomials."""
+_POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
+"""Exponents of the cubic's monomials, the quadratic's first."""
+_KNOTS = 5
+"""Points along each side of the square that the cubic is fitted to."""
+_SLACK = 0.4
+"""How much farther than asked for pixels are taken, for the conic is not quite the outline."""
+
+
+def _derivatives() -> FloatArray:
+    """Return (2, 10, 6): derivatives of the cubic's monomials by u and v, as quadratics."""
+    out = np.zeros((2, len(_POWERS), 6))
+    for row, (i, j) in enumerate(_POWERS):
+        if i:
+            out[0, row, _POWERS.index((i - 1, j))] = i
+        if j:
+            out[1, row, _POWERS.index((i, j - 1))] = j
+    return out
+
+
+_BY_PIXEL = _derivatives()
 
 
 @dataclass(frozen=True)
-class Windows:
-    """Square windows around the discs, all of one size.
+class Patches:
+    """Where discs lie in an image, and the way back to the plate around each.
 
     Attributes:
-        grey: (n, k) grey levels of the pixels.
-        inside: (n, k) whether the pixel lies in the image.
-        offset: (k, 2) of the pixels from the window's middle, in half widths.
-        half: Half width in pixels.
-        cubic: (n, 2, 10) from the offset to the plate, in radii from the disc's centre.
-        scale: (n,) a pixel in radii, the mean over the disc.
+        middle: (n, 2) whole pixel nearest to each centre.
+        half: Pixels that the windows around the middles reach to each side.
+        cubic: (n, 2, 10) from the offset to a middle, in `half`, to the plate, in radii from the
+            disc's centre.
+        slopes: (n, 4, 6) derivatives of the plate's x, y by the pixel's u, then by its v.
+        bends: (n, 2, 3) second derivatives of the plate's x, y at the middle: by u twice, twice the
+            mixed one, by v twice.
         others: (n, 4, 3) the nearest discs: centre from this one's, and radius, in radii.
         gap: Smallest distance between the edges of two discs, pixels.
     """
 
-    grey: NDArray[np.uint8]
-    inside: NDArray[np.bool_]
-    offset: SingleArray
+    middle: IntArray
     half: int
     cubic: SingleArray
-    scale: SingleArray
+    slopes: SingleArray
+    bends: SingleArray
     others: SingleArray
     gap: float
 
@@ -58,6 +76,7 @@ class EdgePixels:
         offset: (n, 2, m) from the window's middle, in half widths.
         plate: (n, 2, m) on the plate, in radii from the disc's first centre.
         slopes: (n, 4, m) derivatives of the plate's x and y by the pixel's u, then by its v.
+        half: Half width of the windows, pixels.
     """
 
     grey: SingleArray
@@ -65,133 +84,172 @@ class EdgePixels:
     offset: SingleArray
     plate: SingleArray
     slopes: SingleArray
-
-    def thinned(self, step: int) -> EdgePixels:
-        """Return every `step`-th pixel."""
-        arrays = (self.grey, self.weight, self.offset, self.plate, self.slopes)
-        return EdgePixels(*(np.ascontiguousarray(array[..., ::step]) for array in arrays))
+    half: int
 
 
 def forward_jacobian(to_pixel: PlateToPixel, at: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the (n, 2, 2) derivatives of the map, by central differences over a tenth radius."""
-    step = 0.1 * radius[:, None, None] * np.eye(2)
-    ends = to_pixel(at[:, None] + step) - to_pixel(at[:, None] - step)
-    return np.asarray(np.swapaxes(ends, -1, -2) / (0.2 * radius[:, None, None]))
+    step = 0.1 * radius[:, None, None] * np.concatenate([np.eye(2), -np.eye(2)])
+    ends = to_pixel(at[:, None] + step)
+    return np.asarray(
+        np.swapaxes(ends[:, :2] - ends[:, 2:], -1, -2) / (0.2 * radius[:, None, None])
+    )
 
 
-def cut_windows(
-    image: NDArray[np.uint8],
-    discs: FloatArray,
-    to_pixel: PlateToPixel,
-    start: FloatArray,
-    band: float,
-) -> Windows:
-    """Cut out a window around each disc.
+def look_at(discs: FloatArray, to_pixel: PlateToPixel, start: FloatArray, band: float) -> Patches:
+    """Prepare the surroundings of each disc.
 
     Args:
-        image: (height, width) grey image.
         discs: (n, 3) centre (x, y) on the plate and radius of each disc, metres.
         to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
         start: (n, 2) where the centres are in the image; each disc's map is moved there.
-        band: How far beyond the discs the windows reach, pixels.
+        band: How far beyond the edges pixels are going to be taken, pixels.
     """
     radius = discs[:, 2]
     jacobian = radius[:, None, None] * forward_jacobian(to_pixel, discs[:, :2], radius)
-    axes = np.linalg.svd(jacobian, compute_uv=False)
-    half = math.ceil(float(np.max(axes)) + band)
+    long, short = _axes(jacobian)
+    half = math.ceil(float(np.max(long)) + band)
     middle = np.rint(start).astype(np.int64)
-    line = np.arange(-half, half + 1)
-    u, v = (each.ravel() for each in np.meshgrid(line, line))
-    columns, rows = middle[:, :1] + u, middle[:, 1:] + v
-    inside = (rows >= 0) & (rows < image.shape[0]) & (columns >= 0) & (columns < image.shape[1])
-    place = np.where(inside, rows * image.shape[1] + columns, 0)
-    reach = (1.2 + band / axes[:, 1]).astype(float)
     missed = np.asarray(start - to_pixel(discs[:, :2]), dtype=float)
+    cubic = _inverse_cubic(discs, to_pixel, missed - middle, 1.2 + band / short, half)
     others = _nearest_discs(discs)
-    apart = np.linalg.norm(others[..., :2], axis=-1) - others[..., 2] - 1.0
-    return Windows(
-        grey=image.ravel()[place],
-        inside=inside,
-        offset=(np.stack([u, v], axis=-1) / half).astype(np.float32),
+    apart = np.sqrt(np.sum(others[..., :2] ** 2, axis=-1)) - others[..., 2] - 1.0
+    slopes = (cubic[:, None] @ _BY_PIXEL / half).reshape(len(discs), 4, 6)
+    return Patches(
+        middle=middle,
         half=half,
-        cubic=_inverse_cubic(discs, to_pixel, missed - middle, reach, half),
-        scale=(1.0 / np.sqrt(axes[:, 0] * axes[:, 1])).astype(np.float32),
+        cubic=cubic.astype(np.float32),
+        slopes=slopes.astype(np.float32),
+        bends=(2.0 / half**2 * cubic[:, :, 3:6]).astype(np.float32),
         others=others.astype(np.float32),
-        gap=float(np.min(np.min(apart, axis=1) * axes[:, 1])),
+        gap=float(np.min(np.min(apart, axis=1) * short)),
     )
+
+
+def _axes(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the (n,) singular values of (n, 2, 2) matrices, the larger ones first."""
+    (a, b), (c, d) = np.moveaxis(jacobian, (1, 2), (0, 1))
+    mean, difference = np.hypot(a + d, b - c) / 2, np.hypot(a - d, b + c) / 2
+    return mean + difference, np.abs(mean - difference)
 
 
 def _inverse_cubic(
     discs: FloatArray, to_pixel: PlateToPixel, shift: FloatArray, reach: FloatArray, half: int
-) -> SingleArray:
+) -> FloatArray:
     """Return the (n, 2, 10) cubics from a window's offsets to the plate, in radii."""
-    ticks = np.linspace(-1.0, 1.0, 7)
+    ticks = np.cos(np.pi * (np.arange(_KNOTS) + 0.5) / _KNOTS)
     grid = np.stack(np.meshgrid(ticks, ticks), axis=-1).reshape(-1, 2)
     local = reach[:, None, None] * grid
     pixels = to_pixel(discs[:, None, :2] + discs[:, None, 2:] * local) + shift[:, None]
-    terms = _monomials(pixels / half)
-    transposed = np.swapaxes(terms, -1, -2)
-    cubic = np.linalg.solve(transposed @ terms, transposed @ local)
-    return np.swapaxes(cubic, -1, -2).astype(np.float32)
+    terms = _monomials(pixels[..., 0] / half, pixels[..., 1] / half)
+    cubic = np.linalg.solve(terms @ np.swapaxes(terms, -1, -2), terms @ local)
+    return np.swapaxes(cubic, -1, -2)
 
 
-def _monomials(points: NDArray[np.floating]) -> NDArray[np.floating]:
-    x, y = points[..., 0], points[..., 1]
-    one = np.ones_like(x)
-    xs, ys = [one, x, x * x, x * x * x], [one, y, y * y, y * y * y]
-    return np.stack([xs[i] * ys[j] for i, j in _POWERS], axis=-1)
+def _monomials(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return the (n, 10, m) monomials at (n, m) places."""
+    out = np.empty((len(x), len(_POWERS), x.shape[1]), dtype=x.dtype)
+    out[:, 0], out[:, 1], out[:, 2] = 1.0, x, y
+    np.multiply(x, x, out=out[:, 3])
+    np.multiply(x, y, out=out[:, 4])
+    np.multiply(y, y, out=out[:, 5])
+    np.multiply(out[:, 3:6], x[:, None], out=out[:, 6:9])
+    np.multiply(out[:, 5], y, out=out[:, 9])
+    return out
 
 
 def _nearest_discs(discs: FloatArray) -> FloatArray:
-    apart = np.linalg.norm(discs[:, None, :2] - discs[None, :, :2], axis=-1)
-    nearest = np.argsort(apart, axis=1)[:, 1 : NEIGHBOURS + 1]
-    relative = discs[nearest].copy()
+    apart = np.sum((discs[:, None, :2] - discs[None, :, :2]) ** 2, axis=-1)
+    nearest = np.argpartition(apart, NEIGHBOURS, axis=1)[:, : NEIGHBOURS + 1]
+    order = np.argsort(np.take_along_axis(apart, nearest, 1), axis=1)[:, 1:]
+    relative = discs[np.take_along_axis(nearest, order, 1)]
     relative[..., :2] -= discs[:, None, :2]
     return np.asarray(relative / discs[:, None, None, 2])
 
 
-def edge_pixels(windows: Windows, moved: FloatArray, band: float) -> EdgePixels:
-    """Select the pixels within a band, in pixels, around the edges of the discs.
+def edge_pixels(
+    image: NDArray[np.uint8],
+    patches: Patches,
+    rings: FloatArray,
+    band: float,
+    *,
+    every: int = 1,
+) -> EdgePixels:
+    """Select the pixels within a band around the edges of the discs.
 
-    `moved` (n, 3) says by how much the discs are shifted and grown against their nominal place, in
-    radii.
+    Args:
+        image: (height, width) grey image.
+        patches: The surroundings of the discs.
+        rings: (n, k, 2) points of the discs' outlines in the image.
+        band: Half of the band's width, pixels.
+        every: Every so many pixels are taken, evenly over both directions.
     """
-    plate = windows.cubic @ _monomials(windows.offset).T
-    x = plate[:, 0] - moved[:, :1].astype(np.float32)
-    y = plate[:, 1] - moved[:, 1:2].astype(np.float32)
-    beside = np.abs(np.sqrt(x * x + y * y) - (1.0 + moved[:, 2:]).astype(np.float32))
-    # The scale is a mean over the disc; along its short axis a band of pixels is wider than that.
-    near = beside < (1.5 * band) * windows.scale[:, None]
-    chosen, weight = _packed(near & windows.inside)
-    offset = np.ascontiguousarray(np.moveaxis(windows.offset[chosen], -1, 1))
+    line = np.arange(-patches.half, patches.half + 1)
+    u, v = (each.ravel() for each in np.meshgrid(line, line))
+    if every > 1:
+        chosen = (u + v) % every == 0
+        u, v = u[chosen], v[chosen]
+    middle = patches.middle
+    mask = _beside(rings - middle[:, None], np.stack([u, v]) / patches.half, patches.half, band)
+    height, width = image.shape
+    low, high = middle.min(axis=0) - patches.half, middle.max(axis=0) + patches.half
+    if min(low) < 0 or high[0] >= width or high[1] >= height:
+        x, y = middle[:, :1] + u, middle[:, 1:] + v
+        mask &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
+    place, weight = _packed(mask)
+    offset = np.stack([u, v]).astype(np.float32) / np.float32(patches.half)
+    x, y = offset[0][place], offset[1][place]
+    index = (v * width + u)[place] + (middle[:, 1:] * width + middle[:, :1])
+    terms = _monomials(x, y)
     return EdgePixels(
-        grey=np.take_along_axis(windows.grey, chosen, 1).astype(np.float32),
+        # padding repeats a pixel of the window that may lie outside of the image
+        grey=image.ravel().take(index, mode="clip").astype(np.float32),
         weight=weight,
-        offset=offset,
-        plate=np.take_along_axis(plate, chosen[:, None], 2),
-        slopes=_slopes(windows.cubic, offset, windows.half),
+        offset=terms[:, 1:3],
+        plate=patches.cubic @ terms,
+        slopes=patches.slopes @ terms[:, :6],
+        half=patches.half,
     )
 
 
+def _beside(rings: FloatArray, offset: FloatArray, half: int, band: float) -> NDArray[np.bool_]:
+    """Return (n, k): which (2, k) offsets lie within a band around the conics through rings.
+
+    To first order a conic q = 0 is q / |grad q| away.
+    """
+    conic = _conics(rings / half)
+    _, u, v, uu, uv, vv = conic.T
+    by_u, by_v = np.stack([u, 2 * uu, uv], axis=1), np.stack([v, uv, 2 * vv], axis=1)
+    steep = sum(_squared(each) for each in (by_u, by_v)) * ((band + _SLACK) / half) ** 2
+    terms = np.ones((6, offset.shape[1]), dtype=np.float32)
+    terms[1:3] = offset
+    terms[3], terms[4], terms[5] = terms[1] ** 2, terms[1] * terms[2], terms[2] ** 2
+    value = conic.astype(np.float32) @ terms
+    value *= value
+    return np.asarray(value < steep.astype(np.float32) @ terms)
+
+
+def _squared(linear: FloatArray) -> FloatArray:
+    """Return (n, 6) squares of the (n, 3) polynomials a + b u + c v."""
+    a, b, c = linear.T
+    return np.stack([a * a, 2 * a * b, 2 * a * c, b * b, 2 * b * c, c * c], axis=1)
+
+
+def _conics(rings: FloatArray) -> FloatArray:
+    """Return (n, 6) polynomials of degree two that vanish on (n, k, 2) points."""
+    x, y = rings[..., 0], rings[..., 1]
+    terms = np.stack([x, y, x * x, x * y, y * y], axis=1)
+    right = np.sum(terms, axis=2)[..., None]
+    solved = np.linalg.solve(terms @ np.swapaxes(terms, 1, 2), right)[..., 0]
+    return np.concatenate([-np.ones((len(rings), 1)), solved], axis=1)
+
+
 def _packed(mask: NDArray[np.bool_]) -> tuple[IntArray, SingleArray]:
-    """Return (n, m) indices of each row's true entries, padded with 0, and their weights."""
+    """Return (n, m) indices of each row's true entries, padded with the first, and weights."""
     row, column = np.nonzero(mask)
     count = np.bincount(row, minlength=len(mask))
-    place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    chosen = np.zeros((len(mask), max(int(count.max()), 1)), dtype=np.int64)
-    weight = np.zeros(chosen.shape, dtype=np.float32)
-    chosen[row, place], weight[row, place] = column, 1.0
+    width = max(int(count.max()), 1)
+    weight = (np.arange(width) < count[:, None]).astype(np.float32)
+    chosen = np.zeros((len(mask), width), dtype=np.int64)
+    chosen[weight > 0] = column
     return chosen, weight
-
-
-def _slopes(cubic: SingleArray, offset: SingleArray, half: int) -> SingleArray:
-    """Return the (n, 4, m) derivatives of the plate's x, y by the pixel's u, then by its v."""
-    x, y = offset[:, 0], offset[:, 1]
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-    lower = {(0, 0): 0, (1, 0): 1, (0, 1): 2, (2, 0): 3, (1, 1): 4, (0, 2): 5}
-    matrix = np.zeros((len(cubic), 4, 6), dtype=np.float32)
-    for index, (i, j) in enumerate(_POWERS):
-        for rows, factor, power in ((slice(0, 2), i, (i - 1, j)), (slice(2, 4), j, (i, j - 1))):
-            if factor:
-                matrix[:, rows, lower[power]] += (factor / half) * cubic[:, :, index]
-    return matrix @ terms

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
+from handeye_cli.geometry.disc_projection import centres_of, outlines
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.plate_map import plate_map
@@ -15,7 +16,6 @@ from handeye_cli.targets.plate_map import plate_map
 _FARTHEST = 2.0
 """A fitted centre farther than this from where it started, in pixels, went elsewhere."""
 _LARGEST_GROWTH = 0.3
-_OUTLINE = 32
 _NOTICEABLE = 0.3
 """Offsets between centres and middles, in pixels, that the pose of the plate should know of."""
 _LARGEST_MISFIT = 25.0
@@ -42,9 +42,8 @@ def refine_discs(
         return seen
     found = discs[seen.ids]
     to_pixel = plate_map(found[:, :2], seen.pixels, camera)
-    offsets = _centre_offsets(found, to_pixel)
-    start = seen.pixels + offsets
-    if np.max(np.abs(offsets)) > _NOTICEABLE:
+    start = centres_of(_ellipses(found, to_pixel, seen.pixels), found, to_pixel)
+    if np.max(np.abs(start - seen.pixels)) > _NOTICEABLE:
         to_pixel = plate_map(found[:, :2], start, camera)
     fit = fit_discs(grey, found, to_pixel, start)
     good = _holds(fit, start)
@@ -54,19 +53,11 @@ def refine_discs(
     return Detection(seen.ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
 
 
-def _centre_offsets(discs: FloatArray, to_pixel: PlateToPixel) -> FloatArray:
-    """Return (n, 2) from the middle of each disc's image to the image of its centre, pixels.
-
-    The middle is the centroid of the area within the projected outline.
-    """
-    angle = 2.0 * np.pi * np.arange(_OUTLINE) / _OUTLINE
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    centre = to_pixel(discs[:, :2])
-    edge = to_pixel(discs[:, None, :2] + discs[:, 2, None, None] * ring) - centre[:, None]
-    following = np.roll(edge, -1, axis=1)
-    area = edge[..., 0] * following[..., 1] - edge[..., 1] * following[..., 0]
-    moment = np.sum(area[..., None] * (edge + following), axis=1) / 3.0
-    return np.asarray(-moment / np.sum(area, axis=1)[:, None])
+def _ellipses(discs: FloatArray, to_pixel: PlateToPixel, middles: FloatArray) -> FloatArray:
+    """Return the (n, 16, 2) outlines of ellipses like the discs' images around (n, 2) middles."""
+    rings = outlines(discs, to_pixel)
+    opposite = np.roll(rings, rings.shape[1] // 2, axis=1)
+    return np.asarray((rings - opposite) / 2.0 + middles[:, None])
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from handeye_cli.geometry import pnp
-from handeye_cli.geometry.camera import Lens, PlateToPixel, normalise, project
+from handeye_cli.geometry.camera import PlateToPixel, bend, normalise
 from handeye_cli.records import Camera, FloatArray
 
 
@@ -20,25 +20,17 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     Returns:
         A function of (..., 2) points of the plane, metres, that gives their (..., 2) pixels.
     """
-    points = np.pad(plate, ((0, 0), (0, 1)))
-    mask = np.ones(len(points), dtype=bool)
-    lens = None if camera is None else camera.lens
-    directions = None if lens is None else normalise(pixels, lens.parameters, lens.model)
+    mask = np.ones(len(plate), dtype=bool)
+    directions = None if camera is None else normalise(pixels, camera.parameters, camera.model)
     # A lens that leaves pixels without a direction cannot be right: as good as none.
-    if lens is None or directions is None or not np.all(np.isfinite(directions)):
+    if camera is None or directions is None or not np.all(np.isfinite(directions)):
         H = pnp.homography(plate, pixels, mask)
         return lambda p: _projective(H, p)
-    # Which of the two planar poses it is makes no difference to the shape of a disc.
-    start = pnp.pose_from_homography(pnp.homography(plate, directions, mask))
-    pose, _ = pnp.refine(start, pnp.Sightings(points, pixels, mask), lens)
-    return lambda p: _through_camera(pose, lens, p)
+    H, parameters, model = pnp.homography(plate, directions, mask), camera.parameters, camera.model
+    focal, middle, distortion = parameters[:2], parameters[2:4], parameters[4:]
+    return lambda p: bend(_projective(H, p), distortion, model) * focal + middle
 
 
 def _projective(H: FloatArray, plate: FloatArray) -> FloatArray:
     mapped = plate @ H[:, :2].T + H[:, 2]
     return np.asarray(mapped[..., :2] / mapped[..., 2:])
-
-
-def _through_camera(pose: FloatArray, lens: Lens, plate: FloatArray) -> FloatArray:
-    here = plate @ pose[:3, :2].T + pose[:3, 3]
-    return project(here, lens.parameters, lens.model)
