@@ -64,13 +64,15 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
         InputError: The intrinsics are missing.
         ConvergenceError: The intrinsics did not converge.
     """
-    views = views_of(features.stations, targets.build(features.target).points())
+    board = targets.build(features.target)
+    views = views_of(features.stations, board.points())
     if len(views.index) == 0:
         raise _nothing_seen(features.stations)
     findings = list(features.findings)
     camera = features.camera
     if calibrate_intrinsics or camera is None:
-        camera, finding = intrinsics.calibrate_intrinsics(features, views)
+        features, camera, finding = _calibrated(features, board, views)
+        views = views_of(features.stations, board.points())
         findings.append(finding)
     fit = _fit(views, camera, features.setup)
     if not fit.good.any():
@@ -96,6 +98,41 @@ def extrinsics(features: Features, *, calibrate_intrinsics: bool = False) -> Sta
         findings=tuple(findings),
         provenance=features.provenance,
     )
+
+
+def _calibrated(
+    features: Features, board: targets.Board, views: Views
+) -> tuple[Features, Camera, Finding]:
+    """Return intrinsics from the images, and the features as these intrinsics see them."""
+    camera, finding = intrinsics.calibrate_intrinsics(features, views)
+    recentred = _recentred(features, board, camera)
+    if recentred is not features:
+        views = views_of(recentred.stations, board.points())
+        camera, finding = intrinsics.calibrate_intrinsics(recentred, views)
+        recentred = _recentred(features, board, camera)
+    return recentred, camera, finding
+
+
+def _recentred(features: Features, board: targets.Board, camera: Camera) -> Features:
+    """Return the features with the points where another camera has them."""
+    stations = tuple(
+        _with_points(station, board, features.camera, camera) for station in features.stations
+    )
+    same = all(new is old for new, old in zip(stations, features.stations, strict=True))
+    return features if same else replace(features, stations=stations)
+
+
+def _with_points(
+    station: Station, board: targets.Board, before: Camera | None, after: Camera
+) -> Station:
+    seen = station.observation
+    if seen is None or len(seen.ids) < pnp.MIN_POINTS:
+        return station
+    found = targets.Detection(seen.ids, seen.pixels, seen.sigma_px)
+    moved = board.recentred(found, before, after)
+    if moved is found:
+        return station
+    return replace(station, observation=replace(seen, pixels=moved.pixels))
 
 
 def _nothing_seen(stations: Sequence[Station]) -> UndeterminedError:

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
 IntArray = NDArray[np.int64]
 
-NEIGHBOURS = 4
+_NEIGHBOURS = 4
 _POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
 """Exponents of the cubic's monomials, the quadratic's first."""
 _KNOTS = 5
@@ -53,7 +53,7 @@ class Patches:
         slopes: (n, 4, 6) derivatives of the plate's x, y by the pixel's u, then by its v.
         bends: (n, 2, 3) second derivatives of the plate's x, y at the middle: by u twice, twice the
             mixed one, by v twice.
-        others: (n, 4, 3) the nearest discs: centre from this one's, and radius, in radii.
+        others: (n, k, 3) the nearest discs, up to 4: centre from this one's, and radius, in radii.
         gap: Smallest distance between the edges of two discs, pixels.
     """
 
@@ -160,7 +160,8 @@ def _monomials(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.f
 
 def _nearest_discs(discs: FloatArray) -> FloatArray:
     apart = np.sum((discs[:, None, :2] - discs[None, :, :2]) ** 2, axis=-1)
-    nearest = np.argpartition(apart, NEIGHBOURS, axis=1)[:, : NEIGHBOURS + 1]
+    count = min(_NEIGHBOURS, len(discs) - 1)
+    nearest = np.argpartition(apart, count, axis=1)[:, : count + 1]
     order = np.argsort(np.take_along_axis(apart, nearest, 1), axis=1)[:, 1:]
     relative = discs[np.take_along_axis(nearest, order, 1)]
     relative[..., :2] -= discs[:, None, :2]

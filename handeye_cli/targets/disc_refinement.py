@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,8 @@ from handeye_cli.targets.plate_map import plate_map
 _FARTHEST = 2.0
 """A fitted centre farther than this from where it started, in pixels, went elsewhere."""
 _LARGEST_GROWTH = 0.3
+_ROUNDS = 2
+"""The map follows the centres, which follow the map."""
 _NOTICEABLE = 0.3
 """Offsets between centres and middles, in pixels, that the pose of the plate should know of."""
 _LARGEST_MISFIT = 25.0
@@ -50,7 +54,37 @@ def refine_discs(
     if good.sum() < pnp.MIN_POINTS:
         return Detection.missing(f"the edges of {len(found)} discs are too blurred or too faint")
     spread = np.trace(fit.covariance[good], axis1=1, axis2=2) / 2.0
-    return Detection(seen.ids[good], fit.pixels[good], float(np.sqrt(np.mean(spread))))
+    sigma = float(np.sqrt(np.mean(spread)))
+    fitted = Detection(seen.ids[good], fit.pixels[good], sigma)
+    # the camera's map was as good with rough centres, the plane's was not
+    return fitted if camera else _carried(found[good], fitted, to_pixel, None)
+
+
+def recentred_discs(
+    discs: FloatArray, seen: Detection, before: Camera | None, after: Camera
+) -> Detection:
+    """Return the images of the centres that fitted discs have with other intrinsics.
+
+    Args:
+        discs: (n, 3) centre (x, y) and radius of the plate's discs, metres.
+        seen: Discs that were fitted.
+        before: Intrinsics they were fitted with, None for none.
+        after: Other intrinsics.
+    """
+    found = discs[seen.ids]
+    to_pixel = plate_map(found[:, :2], seen.pixels, before)
+    return _carried(found, seen, to_pixel, after)
+
+
+def _carried(
+    found: FloatArray, seen: Detection, to_pixel: PlateToPixel, camera: Camera | None
+) -> Detection:
+    """Return what was fitted with one map as the map of a camera has it."""
+    rings = outlines(found, to_pixel) + (seen.pixels - to_pixel(found[:, :2]))[:, None]
+    pixels = seen.pixels
+    for _ in range(_ROUNDS):
+        pixels = centres_of(rings, found, plate_map(found[:, :2], pixels, camera))
+    return replace(seen, pixels=pixels)
 
 
 def _ellipses(discs: FloatArray, to_pixel: PlateToPixel, middles: FloatArray) -> FloatArray:

@@ -8,6 +8,9 @@ from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel, bend, normalise
 from handeye_cli.records import Camera, FloatArray
 
+_ENOUGH = 25
+"""Points from which on a cubic with 10 coefficients is well determined."""
+
 
 def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> PlateToPixel:
     """Return the map from a target's plane to pixels that fits points of it best.
@@ -15,7 +18,8 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     Args:
         plate: (n, 2) points in the target's plane, metres; at least four, not on one line.
         pixels: (n, 2) their images.
-        camera: Intrinsics; without them a plane without distortion is assumed.
+        camera: Intrinsics; without them a cubic over the plane stands for the distortion, where
+            there are points enough.
 
     Returns:
         A function of (..., 2) points of the plane, metres, that gives their (..., 2) pixels.
@@ -25,10 +29,25 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     # A lens that leaves pixels without a direction cannot be right: as good as none.
     if camera is None or directions is None or not np.all(np.isfinite(directions)):
         H = pnp.homography(plate, pixels, mask)
-        return lambda p: _projective(H, p)
+        return _bent(H, plate, pixels) if len(plate) >= _ENOUGH else lambda p: _projective(H, p)
     H, parameters, model = pnp.homography(plate, directions, mask), camera.parameters, camera.model
     focal, middle, distortion = parameters[:2], parameters[2:4], parameters[4:]
     return lambda p: bend(_projective(H, p), distortion, model) * focal + middle
+
+
+def _bent(H: FloatArray, plate: FloatArray, pixels: FloatArray) -> PlateToPixel:
+    """Return a homography and a cubic for what it misses."""
+    low, high = plate.min(axis=0), plate.max(axis=0)
+    middle, extent = (low + high) / 2, (high - low).max() / 2
+    terms = _cubic_terms((plate - middle) / extent)
+    missed, *_ = np.linalg.lstsq(terms, pixels - _projective(H, plate), rcond=None)
+    return lambda p: _projective(H, p) + _cubic_terms((p - middle) / extent) @ missed
+
+
+def _cubic_terms(at: FloatArray) -> FloatArray:
+    x, y = at[..., 0], at[..., 1]
+    one, xx, xy, yy = np.ones_like(x), x * x, x * y, y * y
+    return np.stack([one, x, y, xx, xy, yy, xx * x, xx * y, x * yy, yy * y], axis=-1)
 
 
 def _projective(H: FloatArray, plate: FloatArray) -> FloatArray:
