@@ -16,16 +16,12 @@ import cv2
 import numpy as np
 import yaml
 
+from handeye_cli import targets
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.plan import plan
 from handeye_cli.records import Camera, FloatArray, GreyImage, Noise, TargetSpec
-from handeye_cli.simulate.recording import (
-    Rig,
-    SimulatedRecording,
-    disc_plate,
-    simulate_recording,
-)
+from handeye_cli.simulate.recording import Rig, SimulatedRecording, simulate_recording
 from handeye_cli.simulate.render import Appearance
 
 FOLDER = Path(__file__).resolve().parent / "paper-plate"
@@ -61,7 +57,7 @@ def sample() -> SimulatedRecording:
         CALIBRATION_STATIONS,
         distance=DISTANCE,
         tilt=TILT,
-        centre=disc_plate(RIG.target).centres.mean(axis=0),
+        centre=targets.build(RIG.target).points().mean(axis=0),
         verification=CALIBRATION_STATIONS,
     )
     cameras = np.stack([station.target_T_camera for station in planned.stations])

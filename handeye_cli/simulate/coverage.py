@@ -1,9 +1,10 @@
 """How much of each pixel a drawn shape covers, seen through the full camera model and a blur.
 
-The inverse camera model takes pixels to the plate, where a shape is a signed distance. A pixel
-wholly inside counts one. A pixel that an outline may cut is divided into cells, each cell's share
-is read off its distance to the outline, and the cells are spread by the integral of the blur over
-cell and pixel. So the cost grows with the length of the outlines, not with the image.
+The inverse camera model takes pixels to the plate, where a shape is a signed distance to each of
+its sides. Blocks of pixels that are wholly inside are filled, then single pixels of the blocks that
+a side may cut. A pixel that it may cut is divided into cells, each cell's share is read off its
+distance to the sides, and the cells are spread by the integral of the blur over cell and pixel. So
+the cost grows with the length of the outlines, not with the image.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import se3
@@ -21,33 +23,39 @@ from handeye_cli.geometry.camera import normalise
 from handeye_cli.records import Camera, FloatArray, IntArray
 
 Distance = Callable[[FloatArray, IntArray], FloatArray]
-"""Signed distance, negative inside, of (..., 2) plate points to the outlines of (...) shapes."""
+"""Signed distances, negative inside, of (..., 2) plate points to the sides of (...) shapes.
+
+The result is (..., k): a shape is what lies inside all of its sides, which meet at right angles.
+"""
 
 _CELLS = 4
 """Cells along each side of a pixel that an outline cuts."""
 _STEP = 8
-"""Pixels between the knots of the coarse map, which sorts pixels into inside, edge and outside."""
+"""Pixels along each side of a block; the knots of the map to the plate are the blocks' middles."""
+_NODES = 5
+"""Knots in a row that a plate point is interpolated between, by a polynomial through them."""
+_POLYNOMIALS = np.linalg.inv(np.vander(np.arange(_NODES), increasing=True))
 _GRAZING = 0.02
 """Rays flatter than this against the plate are lifted to it, so that none misses the plane."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera before the plate, and where on the plate each pixel looks, nearly.
+    """A camera before the plate, and where on the plate blocks of pixels look.
+
+    The blocks cover the image and a margin of m pixels around it. Rows and columns of the functions
+    below count pixels from the corner of that margin.
 
     Attributes:
         camera: The intrinsics.
-        camera_T_target: (4, 4) pose of the plate.
         blur: (2 m + 1, c) weights of one pixel's c cells in the pixels around it.
-        points: (height + 2 m, width + 2 m, 2) plate points of the pixels and a margin of m around
-            the image, interpolated, metres.
-        reach: (height + 2 m, width + 2 m) radius on the plate that a pixel surely stays in, metres.
+        knots: (h, w, 2) plate points of the blocks' middles, metres.
+        reach: (h, w) radius on the plate that a block surely stays in, metres.
     """
 
     camera: Camera
-    camera_T_target: FloatArray
     blur: FloatArray
-    points: FloatArray
+    knots: FloatArray
     reach: FloatArray
 
     @property
@@ -77,12 +85,24 @@ def look(camera: Camera, camera_T_target: FloatArray, blur_px: float) -> View:
             hint="the target's z axis points into the plate",
         )
     blur = blur_weights(blur_px, _CELLS)
-    points = _coarse_points(camera, camera_T_target, len(blur) // 2)
-    down, across = np.gradient(points, axis=(0, 1))
-    diagonals = np.stack([down + across, down - across])
-    # The corners are half a diagonal away; the rest covers the interpolation.
-    reach = 0.6 * np.linalg.norm(diagonals, axis=-1).max(axis=0)
-    return View(camera, camera_T_target, blur, points, reach)
+    margin = len(blur) // 2
+    v, u = (_block_middles(size + 2 * margin) - margin for size in (camera.height, camera.width))
+    knots = plate_points(camera, camera_T_target, np.stack(np.meshgrid(u, v), axis=-1))
+    return View(camera, blur, knots, _reach(knots))
+
+
+def _block_middles(size: int) -> FloatArray:
+    """Return the positions of the middles of the blocks that cover a row of pixels."""
+    count = max(_NODES, math.ceil(size / _STEP))
+    return np.asarray(_STEP * np.arange(count) + 0.5 * (_STEP - 1), dtype=np.float64)
+
+
+def _reach(knots: FloatArray) -> FloatArray:
+    """Return the (h, w) radii on the plate of the blocks around (h, w, 2) knots."""
+    diagonals = np.stack([knots[1:, 1:] - knots[:-1, :-1], knots[1:, :-1] - knots[:-1, 1:]])
+    # A block's corners are half a diagonal away; the rest covers what bends on the way.
+    between = np.pad(0.6 * np.linalg.norm(diagonals, axis=-1).max(axis=0), 1, mode="edge")
+    return np.asarray(sliding_window_view(between, (2, 2)).max(axis=(2, 3)))
 
 
 def plate_points(camera: Camera, camera_T_target: FloatArray, pixels: FloatArray) -> FloatArray:
@@ -103,21 +123,6 @@ def plate_points(camera: Camera, camera_T_target: FloatArray, pixels: FloatArray
     along = rays @ target_T_camera[:3, :2].T + target_T_camera[:3, 2]
     depth = -target_T_camera[2, 3] / np.maximum(along[..., 2:], _GRAZING)
     return np.asarray(target_T_camera[:2, 3] + depth * along[..., :2])
-
-
-def _coarse_points(camera: Camera, camera_T_target: FloatArray, margin: int) -> FloatArray:
-    down = _interpolation(camera.height + 2 * margin)
-    across = _interpolation(camera.width + 2 * margin)
-    v, u = np.meshgrid(np.arange(down.shape[1]), np.arange(across.shape[1]), indexing="ij")
-    knots = _STEP * np.stack([u, v], axis=-1).astype(float) - margin
-    points = plate_points(camera, camera_T_target, knots)
-    return np.stack([down @ points[..., k] @ across.T for k in (0, 1)], axis=-1)
-
-
-def _interpolation(size: int) -> FloatArray:
-    """Return the (size, knots) weights of linear interpolation between knots."""
-    knots = np.arange((size - 1) // _STEP + 2)
-    return np.maximum(0.0, 1.0 - np.abs(np.arange(size)[:, None] / _STEP - knots))
 
 
 def blur_weights(blur_px: float, cells: int) -> FloatArray:
@@ -156,41 +161,89 @@ def coverage(view: View, boxes: IntArray, distance: Distance) -> FloatArray:
     Args:
         view: The camera before the plate.
         boxes: (n, 2, 2) first and last pixel (u, v) of the part of the image each shape may touch.
-        distance: Signed distance of plate points to the n shapes, which do not overlap.
+        distance: Signed distances of plate points to the sides of the n shapes, which may touch but
+            do not overlap.
 
     Returns:
         (height, width) coverage in [0, 1].
     """
-    rows, columns = np.broadcast_arrays(*_box_pixels(view, boxes))
-    owner = np.arange(len(boxes))[:, None, None]
-    signed, reach = distance(view.points[rows, columns], owner), view.reach[rows, columns]
-    inside, edge = signed < -reach, np.abs(signed) <= reach
-    solid = np.zeros(view.reach.shape)
-    solid[rows[inside], columns[inside]] = 1.0
-    row, column, cut = rows[edge], columns[edge], np.nonzero(edge)[0]
-    shares = _cell_shares(view, row, column, lambda points: distance(points, cut[:, None, None]))
-    return _blur(solid, view.blur.sum(axis=1)) + _spread(view, row, column, shares)
+    shape, row, column = _blocks(view, boxes)
+    inside, cut = _sorted(distance(view.knots[row, column], shape), view.reach[row, column])
+    height, width = view.reach.shape
+    solid = np.zeros((height * _STEP, width * _STEP))
+    solid.reshape(height, _STEP, width, _STEP)[row[inside], :, column[inside]] = 1.0
+
+    shape, row, column = shape[cut], row[cut], column[cut]
+    rows, columns = (_STEP * each[:, None] + np.arange(_STEP) for each in (row, column))
+    signed = distance(interpolated(view, rows, columns), shape[:, None, None])
+    inside, cut = _sorted(signed, view.reach[row, column, None, None] / _STEP)
+    v, u = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
+    solid[v[inside], u[inside]] = 1.0
+
+    v, u, owner = v[cut], u[cut], shape[np.nonzero(cut)[0]]
+    shares = _cell_shares(view, v, u, lambda points: distance(points, owner[:, None, None]))
+    return _blur(view, solid) + _spread(view, v, u, shares)
 
 
-def _box_pixels(view: View, boxes: IntArray) -> tuple[IntArray, IntArray]:
-    """Return (n, h, 1) rows and (n, 1, w) columns into the view's maps, all boxes of one size."""
-    limit = np.array([view.reach.shape[1], view.reach.shape[0]])
-    size = np.minimum((boxes[:, 1] - boxes[:, 0]).max(axis=0) + 1, limit)
-    first = np.clip(boxes[:, 0] + view.margin, 0, limit - size)
-    columns = first[:, None, None, 0] + np.arange(size[0])
-    rows = first[:, None, None, 1] + np.arange(size[1])[:, None]
-    return rows, columns
+def _blocks(view: View, boxes: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return shape, row and column of all blocks that a shape may touch."""
+    last = np.array(view.reach.shape[::-1]) - 1
+    first, end = np.moveaxis(np.clip((boxes + view.margin) // _STEP, 0, last), 1, 0)
+    size = end - first + 1
+    count = size.prod(axis=1)
+    shape = np.repeat(np.arange(len(boxes)), count)
+    within = np.arange(len(shape)) - np.repeat(np.cumsum(count) - count, count)
+    row, column = np.divmod(within, size[shape, 0])
+    return shape, first[shape, 1] + row, first[shape, 0] + column
+
+
+def _sorted(signed: FloatArray, reach: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Say what is wholly inside a shape, and what its outline may cut."""
+    nearest = signed.max(axis=-1)
+    return nearest < -reach, np.abs(nearest) <= reach
+
+
+def interpolated(
+    view: View, rows: FloatArray | IntArray, columns: FloatArray | IntArray
+) -> FloatArray:
+    """Return plate points from the polynomials through the knots around them.
+
+    Args:
+        view: The camera before the plate.
+        rows: (m, a) rows, the a of each line not farther apart than a block is large.
+        columns: (m, b) columns, likewise.
+
+    Returns:
+        (m, a, b, 2) points on the plate, metres.
+    """
+    (row, down), (column, across) = (
+        _nodes(places, count)
+        for places, count in zip((rows, columns), view.reach.shape, strict=True)
+    )
+    node = np.arange(_NODES)
+    knots = view.knots[(row[:, None] + node)[:, :, None], (column[:, None] + node)[:, None]]
+    lines = down @ knots.reshape(len(rows), _NODES, 2 * _NODES)
+    return np.asarray(across[:, None] @ lines.reshape(*rows.shape, _NODES, 2))
+
+
+def _nodes(places: FloatArray | IntArray, count: int) -> tuple[IntArray, FloatArray]:
+    """Return the (m,) first of the knots around (m, a) places, and the knots' (m, a, k) weights."""
+    nearest = np.rint(places.mean(axis=1) / _STEP - 0.5).astype(np.int64)
+    first = np.clip(nearest - _NODES // 2, 0, count - _NODES)
+    along = (places - (_STEP - 1) / 2) / _STEP - first[:, None]
+    return first, along[..., None] ** np.arange(_NODES) @ _POLYNOMIALS
 
 
 def _cell_shares(
     view: View, row: IntArray, column: IntArray, distance: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """Return the (m, c, c) covered shares of the cells of m pixels of the view's maps."""
-    offset = (np.arange(_CELLS) + 0.5) / _CELLS - 0.5 - view.margin
-    u, v = np.broadcast_arrays(column[:, None, None] + offset, row[:, None, None] + offset[:, None])
-    pixels = np.stack([u, v], axis=-1)
-    signed = distance(plate_points(view.camera, view.camera_T_target, pixels))
-    return half_plane_share(signed, *np.gradient(signed, axis=(1, 2)))
+    """Return the (m, c, c) covered shares of the cells of m pixels."""
+    offset = (np.arange(_CELLS) + 0.5) / _CELLS - 0.5
+    points = interpolated(view, row[:, None] + offset, column[:, None] + offset)
+    signed = distance(points)
+    # Sides at right angles leave the product of their shares; shapes that touch fill each other up.
+    down, across = np.asarray(np.gradient(signed, axis=(1, 2)))
+    return np.asarray(half_plane_share(signed, down, across).prod(axis=-1))
 
 
 def half_plane_share(signed: FloatArray, down: FloatArray, across: FloatArray) -> FloatArray:
@@ -218,9 +271,11 @@ def half_plane_share(signed: FloatArray, down: FloatArray, across: FloatArray) -
     return np.asarray(np.clip(corners * long / short, 0.0, 1.0))
 
 
-def _blur(solid: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the part of a map inside its margin, blurred along rows and columns."""
-    down = sliding_window_view(solid, len(weights), axis=0) @ weights
+def _blur(view: View, solid: FloatArray) -> FloatArray:
+    """Return the image of a map that is 1 where a pixel is filled, 0 elsewhere."""
+    m, weights = view.margin, view.blur.sum(axis=1)
+    seen = solid[: view.camera.height + 2 * m, : view.camera.width + 2 * m]
+    down = sliding_window_view(seen, len(weights), axis=0) @ weights
     return np.asarray(sliding_window_view(down, len(weights), axis=1) @ weights)
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage
-from handeye_cli.simulate.render import Appearance
+from handeye_cli.simulate.render import Appearance, rims
 from handeye_cli.simulate.scenery import random_scenery, render_scene
+from handeye_cli.targets.drawing import Drawing, outline_around
 
-_OUTLINE = 64
 _MARGIN = 4.0
 """Pixels between the discs and the image's edge."""
 _NOMINAL = 640
@@ -60,30 +60,29 @@ def random_view(
             uniform in its logarithm; widths that do not fit into the image are drawn again.
         tilt: Smallest and largest angle, radians.
     """
+    discs = np.column_stack([centres[:, :2], radii])
     while True:
         angle = float(rng.uniform(*tilt))
         width = float(np.exp(rng.uniform(*np.log(width_px))))
         pose = _random_pose(camera, centres, (float(np.median(radii)), width), angle, rng)
-        outlines = _outlines(camera, pose, centres, radii)
+        outlines = _outlines(camera, pose, discs)
         if outlines is not None:
             break
     pitch = float(np.min(np.linalg.norm(centres[1:] - centres[0], axis=1)))
-    rim = rng.uniform(0.75, 1.6) * pitch
-    plate = np.stack([centres[:, :2].min(axis=0) - rim, centres[:, :2].max(axis=0) + rim])
+    plate = Drawing(discs, outline=outline_around(centres[:, :2], rng.uniform(0.75, 1.6) * pitch))
+    scenery = random_scenery(rng, camera.width / _NOMINAL)
     image = render_scene(
         camera,
         pose,
-        centres,
-        radii,
-        scenery=random_scenery(rng, camera.width / _NOMINAL),
+        plate if rng.random() < 0.75 else Drawing(discs),
+        scenery=scenery,
         rng=rng,
-        outline=plate if rng.random() < 0.75 else None,
         appearance=random_appearance(rng),
     )
-    discs = project(se3.transform_points(pose, centres), camera.parameters, camera.model)
+    middles = project(se3.transform_points(pose, centres), camera.parameters, camera.model)
     areas, ellipses = _areas_and_middles(outlines)
     return DiscView(
-        image, pose, angle, ellipses, discs, float(np.median(np.sqrt(4 / np.pi * areas)))
+        image, pose, angle, ellipses, middles, float(np.median(np.sqrt(4 / np.pi * areas)))
     )
 
 
@@ -118,13 +117,9 @@ def _random_pose(
     return se3.from_parts(R, distance * ray - R @ middle)
 
 
-def _outlines(
-    camera: Camera, pose: FloatArray, centres: FloatArray, radii: FloatArray
-) -> FloatArray | None:
+def _outlines(camera: Camera, pose: FloatArray, discs: FloatArray) -> FloatArray | None:
     """Return the (n, k, 2) outlines of the discs in the image, None unless all are inside."""
-    angles = 2.0 * np.pi * np.arange(_OUTLINE) / _OUTLINE
-    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
-    points = se3.transform_points(pose, centres[:, None] + radii[:, None, None] * circle)
+    points = se3.transform_points(pose, np.pad(rims(discs), ((0, 0), (0, 0), (0, 1))))
     if points[..., 2].min() < 0.2 * points[..., 2].max():
         return None
     rays = points[..., :2] / points[..., 2:]

@@ -1,4 +1,4 @@
-"""A recording of a disc plate whose truth is known: noisy robot poses, pictures drawn on demand."""
+"""A recording of a target whose truth is known: noisy robot poses, pictures drawn on demand."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from handeye_cli.conventions import MM, Setup
-from handeye_cli.errors import UsageError
+from handeye_cli import targets
+from handeye_cli.conventions import Setup
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.station_generator import robot_poses
 from handeye_cli.plan import station_names
@@ -21,22 +21,8 @@ from handeye_cli.records import (
     TargetSpec,
 )
 from handeye_cli.simulate.poses import perturbed
-from handeye_cli.simulate.render import Appearance, render_discs
-
-
-@dataclass(frozen=True)
-class DiscPlate:
-    """What of a disc grid can be seen.
-
-    Attributes:
-        centres: (n, 3) disc centres in the target frame, metres.
-        radii: (n,) radii, metres.
-        outline: (2, 2) opposite corners (x, y) of the plate, metres.
-    """
-
-    centres: FloatArray
-    radii: FloatArray
-    outline: FloatArray
+from handeye_cli.simulate.render import Appearance, render_target
+from handeye_cli.targets.drawing import Drawing
 
 
 @dataclass(frozen=True)
@@ -46,8 +32,8 @@ class RenderedImage:
     Attributes:
         label: Name for people.
         camera: The intrinsics.
-        camera_T_target: (4, 4) pose of the plate.
-        plate: What is on it.
+        camera_T_target: (4, 4) pose of the target.
+        drawing: What is on it.
         appearance: Light, ink and lens.
         seed: Of the noise.
     """
@@ -55,7 +41,7 @@ class RenderedImage:
     label: str
     camera: Camera
     camera_T_target: FloatArray
-    plate: DiscPlate
+    drawing: Drawing
     appearance: Appearance
     seed: np.random.SeedSequence
 
@@ -63,15 +49,13 @@ class RenderedImage:
         """Draw the (height, width) grey image.
 
         Raises:
-            UsageError: The plate is not in front of the camera.
+            UsageError: The target is not in front of the camera.
             InputError: The distortion leaves pixels without a direction.
         """
-        return render_discs(
+        return render_target(
             self.camera,
             self.camera_T_target,
-            self.plate.centres,
-            self.plate.radii,
-            outline=self.plate.outline,
+            self.drawing,
             appearance=self.appearance,
             rng=np.random.default_rng(self.seed),
         )
@@ -101,7 +85,7 @@ class Rig:
     """What stays as it is over all stations.
 
     Attributes:
-        target: The plate, a `disc-grid`.
+        target: What is seen, of any type.
         camera: Its intrinsics.
         mount_T_camera: (4, 4) the camera on its mount.
         reference_T_target: (4, 4) the target on the other side.
@@ -120,7 +104,7 @@ class Rig:
 
 
 def simulate_recording(rig: Rig, target_T_camera: FloatArray, seed: int) -> SimulatedRecording:
-    """Take a recording of a plate from given places.
+    """Take a recording of a target from given places.
 
     Args:
         rig: What stays as it is over all stations.
@@ -131,7 +115,7 @@ def simulate_recording(rig: Rig, target_T_camera: FloatArray, seed: int) -> Simu
         The recording and the truth. Its pictures are drawn when they are looked at, one at a time.
 
     Raises:
-        UsageError: The target is no disc grid, or lacks a key.
+        InputError: The target is of an unknown type, or lacks a key.
     """
     robot_seed, *image_seeds = np.random.SeedSequence(seed).spawn(len(target_T_camera) + 1)
     X, Z = rig.mount_T_camera, rig.reference_T_target
@@ -149,43 +133,8 @@ def simulate_recording(rig: Rig, target_T_camera: FloatArray, seed: int) -> Simu
 def _images(
     rig: Rig, camera_T_target: FloatArray, seeds: list[np.random.SeedSequence]
 ) -> list[RenderedImage]:
-    plate = disc_plate(rig.target)
+    drawing = targets.build(rig.target).drawing()
     return [
-        RenderedImage(f"images/{name}.png", rig.camera, pose, plate, rig.appearance, seed)
+        RenderedImage(f"images/{name}.png", rig.camera, pose, drawing, rig.appearance, seed)
         for name, pose, seed in zip(station_names(len(seeds)), camera_T_target, seeds, strict=True)
     ]
-
-
-def disc_plate(target: TargetSpec) -> DiscPlate:
-    """Lay out a disc grid: disc k at x = column * spacing, y = row * spacing, row by row.
-
-    The plate's edge is one spacing beyond the outer centres.
-
-    Args:
-        target: A `disc-grid`, with or without a larger corner disc, which is disc 0.
-
-    Raises:
-        UsageError: The target is of another type, lacks a key, or has one that is not above 0.
-    """
-    if target.type != "disc-grid":
-        raise UsageError(f"pictures can be simulated of a disc-grid, found {target.type!r}")
-    rows, columns = (int(_positive(target, key)) for key in ("rows", "columns"))
-    spacing, diameter = (MM * _positive(target, key) for key in ("spacing_mm", "diameter_mm"))
-    row, column = np.divmod(np.arange(rows * columns), columns)
-    radii = np.full(rows * columns, 0.5 * diameter)
-    if "corner_diameter_mm" in target.parameters:
-        radii[0] = 0.5 * MM * _positive(target, "corner_diameter_mm")
-    return DiscPlate(
-        centres=spacing * np.stack([column, row, np.zeros_like(row)], axis=-1),
-        radii=radii,
-        outline=spacing * np.array([[-1.0, -1.0], [columns, rows]]),
-    )
-
-
-def _positive(target: TargetSpec, key: str) -> float:
-    if key not in target.parameters:
-        raise UsageError(f"a disc-grid needs {key}, found {', '.join(target.parameters)}")
-    value = float(target.parameters[key])
-    if value <= 0.0:
-        raise UsageError(f"a disc-grid needs {key} above 0, found {value:g}")
-    return value

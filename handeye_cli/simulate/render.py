@@ -1,6 +1,6 @@
-"""Grey pictures of a plate with dark discs, drawn from the camera model alone.
+"""Grey pictures of a drawn target, made from the camera model alone.
 
-Nothing here knows how discs are found, so these pictures can judge a detector.
+Nothing here knows how targets are found, so these pictures can judge a detector.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.simulate.coverage import View, coverage, look
+from handeye_cli.targets.drawing import Drawing
 
-_OUTLINE = 64
-"""Points on a disc's outline that bound its image; the chords between them bulge by 0.1 %."""
+_POINTS = 64
+"""Points on an outline that bound its image; the chords of a disc between them bulge by 0.1 %."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Appearance:
     """Light, ink and lens of a drawn picture; grey levels are 0 to 255.
 
     Attributes:
-        ink: Grey level of the discs.
+        ink: Grey level of the target's shapes.
         paper: Grey level of the plate.
         background: Grey level beside the plate.
         gradient: Relative change of the light from the left to the right edge of the image, and
@@ -41,24 +42,20 @@ class Appearance:
     noise: float = 0.0
 
 
-def render_discs(
+def render_target(
     camera: Camera,
     camera_T_target: FloatArray,
-    centres: FloatArray,
-    radii: FloatArray,
+    drawing: Drawing,
     *,
-    outline: FloatArray | None = None,
     appearance: Appearance | None = None,
     rng: np.random.Generator | None = None,
 ) -> GreyImage:
-    """Draw the picture a camera takes of a plate with discs.
+    """Draw the picture a camera takes of a target.
 
     Args:
         camera: The intrinsics.
-        camera_T_target: (4, 4) pose of the plate.
-        centres: (n, 3) disc centres in the target frame, z = 0, metres.
-        radii: (n,) radii, metres.
-        outline: (2, 2) opposite corners (x, y) of the plate, metres; None is paper everywhere.
+        camera_T_target: (4, 4) pose of the target.
+        drawing: What is on it.
         appearance: Light, ink and lens.
         rng: Source of the noise, or None for a picture without.
 
@@ -66,53 +63,97 @@ def render_discs(
         (height, width) grey image.
 
     Raises:
-        UsageError: Part of the plate is behind the camera.
+        UsageError: Part of the target is behind the camera.
         InputError: The distortion leaves pixels without a direction.
     """
     appearance = appearance or Appearance()
-    grey = paint_discs(
-        camera, camera_T_target, centres, radii, outline=outline, appearance=appearance
-    )
+    light = paint_target(camera, camera_T_target, drawing, appearance=appearance)
+    return expose(light, appearance.noise, rng)
+
+
+def expose(light: FloatArray, noise: float, rng: np.random.Generator | None) -> GreyImage:
+    """Return what a sensor of eight bits makes of light.
+
+    Args:
+        light: (height, width) grey levels.
+        noise: Standard deviation of a pixel, grey levels.
+        rng: Source of the noise, or None for a picture without.
+
+    Returns:
+        (height, width) grey image, clipped to 0 and 255.
+    """
     if rng is not None:
-        grey = grey + rng.normal(0.0, appearance.noise, grey.shape)
-    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+        light = light + rng.normal(0.0, noise, light.shape)
+    return np.clip(np.rint(light), 0, 255).astype(np.uint8)
 
 
-def paint_discs(
+def paint_target(
     camera: Camera,
     camera_T_target: FloatArray,
-    centres: FloatArray,
-    radii: FloatArray,
+    drawing: Drawing,
     *,
-    outline: FloatArray | None = None,
     appearance: Appearance | None = None,
+    surroundings: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the (height, width) light of the picture, in grey levels before noise and rounding.
+    """Return the light of the picture, in grey levels before noise and rounding.
 
-    The arguments and errors are those of `render_discs`.
+    Args:
+        camera: The intrinsics.
+        camera_T_target: (4, 4) pose of the target.
+        drawing: What is on it.
+        appearance: Light, ink and lens.
+        surroundings: (height, width) grey levels beside the plate in even light, None for the
+            background of the appearance.
+
+    Returns:
+        (height, width) grey levels.
+
+    Raises:
+        UsageError: Part of the target is behind the camera.
+        InputError: The distortion leaves pixels without a direction.
     """
     appearance = appearance or Appearance()
     view = look(camera, camera_T_target, appearance.blur_px)
-    discs = coverage(
-        view,
-        _boxes(camera, camera_T_target, centres, radii),
-        lambda points, owner: np.linalg.norm(points - centres[owner, :2], axis=-1) - radii[owner],
+    dark = _dark(view, camera_T_target, drawing)
+    around = appearance.background if surroundings is None else surroundings
+    light = (
+        around
+        + (appearance.paper - around) * _plate(view, drawing.outline)
+        + (appearance.ink - appearance.paper) * dark
     )
-    plate = np.ones_like(discs) if outline is None else _plate_coverage(view, outline)
-    grey = (
-        appearance.background
-        + (appearance.paper - appearance.background) * plate
-        + (appearance.ink - appearance.paper) * discs
-    )
-    return np.asarray(grey * _illumination(camera, appearance.gradient))
+    return np.asarray(light * _illumination(camera, appearance.gradient))
 
 
-def _plate_coverage(view: View, outline: FloatArray) -> FloatArray:
-    middle, half = np.mean(outline, axis=0), 0.5 * np.abs(np.diff(outline, axis=0))[0]
-    everywhere = np.array([[[0, 0], view.reach.shape[::-1]]]) - view.margin
-    return coverage(
-        view, everywhere, lambda points, _: np.max(np.abs(points - middle) - half, axis=-1)
-    )
+def _dark(view: View, camera_T_target: FloatArray, drawing: Drawing) -> FloatArray:
+    discs, rectangles = drawing.discs, drawing.rectangles
+
+    def beyond_the_rim(points: FloatArray, k: IntArray) -> FloatArray:
+        away = np.linalg.norm(points - discs[k, :2], axis=-1, keepdims=True)
+        return np.asarray(away - discs[k, 2:])
+
+    def beyond_the_sides(points: FloatArray, k: IntArray) -> FloatArray:
+        return _beyond(points, rectangles[k])
+
+    disc_boxes = _boxes(view.camera, camera_T_target, rims(discs))
+    rectangle_boxes = _boxes(view.camera, camera_T_target, _borders(rectangles))
+    round_part = coverage(view, disc_boxes, beyond_the_rim)
+    return round_part + coverage(view, rectangle_boxes, beyond_the_sides)
+
+
+def _plate(view: View, outline: FloatArray) -> FloatArray:
+    last = np.array([view.camera.width, view.camera.height]) + view.margin
+    everywhere = np.array([[[-view.margin, -view.margin], last]])
+
+    def beyond_the_nearest_side(points: FloatArray, _: IntArray) -> FloatArray:
+        # One distance will do: nothing is measured at the corners of a plate.
+        return np.asarray(_beyond(points, outline.ravel()).max(axis=-1, keepdims=True))
+
+    return coverage(view, everywhere, beyond_the_nearest_side)
+
+
+def _beyond(points: FloatArray, rectangle: FloatArray) -> FloatArray:
+    """Return the (..., 2) distances by which points lie beyond the sides of (..., 4) rectangles."""
+    return np.maximum(rectangle[..., :2] - points, points - rectangle[..., 2:])
 
 
 def _illumination(camera: Camera, gradient: tuple[float, float]) -> FloatArray:
@@ -121,19 +162,31 @@ def _illumination(camera: Camera, gradient: tuple[float, float]) -> FloatArray:
     return 1.0 + across + down[:, None]
 
 
-def _boxes(
-    camera: Camera, camera_T_target: FloatArray, centres: FloatArray, radii: FloatArray
-) -> IntArray:
-    """Return the (n, 2, 2) first and last pixels (u, v) around the images of the discs."""
-    angles = 2.0 * np.pi * np.arange(_OUTLINE) / _OUTLINE
-    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
-    points = se3.transform_points(
-        camera_T_target, centres[:, None, :] + radii[:, None, None] * circle
-    )
-    nearest = float(points[..., 2].min())
+def rims(discs: FloatArray) -> FloatArray:
+    """Return (n, 64, 2) points on the outlines of (n, 3) discs, in the unit of the discs."""
+    angle = 2.0 * np.pi * np.arange(_POINTS) / _POINTS
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return np.asarray(discs[:, None, :2] + discs[:, None, 2:] * circle)
+
+
+def _borders(rectangles: FloatArray) -> FloatArray:
+    """Return (m, 64, 2) points on the outlines of (m, 4) rectangles, the corners among them."""
+    along = np.arange(_POINTS // 4) / (_POINTS // 4)
+    zero, one = np.zeros_like(along), np.ones_like(along)
+    x = np.concatenate([along, one, 1.0 - along, zero])
+    y = np.concatenate([zero, along, one, 1.0 - along])
+    first, last = rectangles[:, None, :2], rectangles[:, None, 2:]
+    return np.asarray(first + (last - first) * np.stack([x, y], axis=-1))
+
+
+def _boxes(camera: Camera, camera_T_target: FloatArray, outlines: FloatArray) -> IntArray:
+    """Return the (n, 2, 2) first and last pixels (u, v) around the images of (n, k, 2) outlines."""
+    points = se3.transform_points(camera_T_target, np.pad(outlines, ((0, 0), (0, 0), (0, 1))))
+    nearest = float(points[..., 2].min(initial=np.inf))
     if nearest <= 0.0:
         raise UsageError(
-            f"expected every disc in front of the camera, found one {-1e3 * nearest:g} mm behind",
+            "expected the whole target in front of the camera, "
+            f"found a part {-1e3 * nearest:g} mm behind",
             hint="take a larger distance or a smaller tilt",
         )
     pixels = project(points, camera.parameters, camera.model)

@@ -1,13 +1,12 @@
 """Pictures of a plate in surroundings that make it hard to find.
 
-Around the grid of discs there may be textures, dark blobs and discs that belong to no grid, over
-all of it a soft shadow. The discs of the plate stay where and as exact as they are drawn.
+Beside the plate there may be textures, around its shapes dark blobs and discs that are none of
+them, over all of it a soft shadow. The plate's shapes stay where and as exact as they are drawn.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -15,13 +14,12 @@ import numpy as np
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage
-from handeye_cli.simulate.render import Appearance, paint_discs
+from handeye_cli.simulate.render import Appearance, expose, paint_target
+from handeye_cli.targets.drawing import Drawing
 
-_SIDE_POINTS = 32
-"""Points along a side of the plate, which the lens bends."""
 _SUBPIXEL_BITS = 4
 _CLEARANCE = 1.6
-"""Clutter keeps this many radii away from the hull of the discs' centres."""
+"""Clutter keeps this many radii away from the hull of the shapes' middles."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +29,8 @@ class Scenery:
     Attributes:
         texture: Standard deviation of the grain beside the plate, grey levels.
         grain_px: Size of the grain, pixels.
-        blobs: Number of dark, irregular blobs off the grid.
-        decoys: Number of discs off the grid, about as large as its own.
+        blobs: Number of dark, irregular blobs off the target.
+        decoys: Number of discs off the target, about as large as its own shapes.
         shadow: Share of the light that a shadow takes.
         shadow_px: Standard deviation of the shadow's soft edge, pixels.
         shadow_angle: Direction in the image, radians from x, to where the shadow lies; its edge
@@ -69,12 +67,10 @@ def random_scenery(rng: np.random.Generator, size: float = 1.0) -> Scenery:
 def render_scene(
     camera: Camera,
     camera_T_target: FloatArray,
-    centres: FloatArray,
-    radii: FloatArray,
+    drawing: Drawing,
     *,
     scenery: Scenery,
     rng: np.random.Generator,
-    outline: FloatArray | None = None,
     appearance: Appearance | None = None,
 ) -> GreyImage:
     """Draw the picture a camera takes of a plate in its surroundings.
@@ -82,11 +78,9 @@ def render_scene(
     Args:
         camera: The intrinsics.
         camera_T_target: (4, 4) pose of the plate.
-        centres: (n, 3) disc centres in the target frame, z = 0, metres.
-        radii: (n,) radii, metres.
+        drawing: What is on it.
         scenery: What is around the plate.
         rng: Source of the clutter and of the noise.
-        outline: (2, 2) opposite corners (x, y) of the plate, metres; None is paper everywhere.
         appearance: Light, ink and lens.
 
     Returns:
@@ -97,42 +91,31 @@ def render_scene(
         InputError: The distortion leaves pixels without a direction.
     """
     appearance = appearance or Appearance()
-    grey = paint_discs(camera, camera_T_target, centres, radii, appearance=appearance)
-    if outline is not None:
-        plate = _plate_mask(camera, camera_T_target, outline, appearance.blur_px)
-        around = _backdrop(camera, appearance, scenery, rng)
-        grey = plate * grey + (1.0 - plate) * around
-    pixels = _pixels(camera, camera_T_target, centres)
-    rims = _pixels(camera, camera_T_target, centres + [1.0, 0.0, 0.0] * radii[:, None])
-    radius = float(np.median(np.linalg.norm(rims - pixels, axis=1)))
+    around = None if drawing.endless else _backdrop(camera, appearance, scenery, rng)
+    grey = paint_target(
+        camera, camera_T_target, drawing, appearance=appearance, surroundings=around
+    )
+    pixels, radius = _spots(camera, camera_T_target, drawing)
     clutter = _clutter(grey.shape, pixels, radius, scenery, rng)
     ink = cv2.GaussianBlur(clutter, (0, 0), max(appearance.blur_px, 0.1))
     grey = grey + ink * (np.minimum(grey, appearance.ink) - grey)
-    grey = grey * _shade(camera, scenery, pixels.mean(axis=0)) + rng.normal(
-        0.0, appearance.noise, grey.shape
+    lit = grey * _shade(camera, scenery, pixels.mean(axis=0))
+    return expose(lit, appearance.noise, rng)
+
+
+def _spots(
+    camera: Camera, camera_T_target: FloatArray, drawing: Drawing
+) -> tuple[FloatArray, float]:
+    """Return the (n, 2) pixels of the shapes' middles, and the median of their half widths."""
+    first, last = np.split(drawing.rectangles, 2, axis=1)
+    middles = np.concatenate([drawing.discs[:, :2], (first + last) / 2])
+    half = np.concatenate([drawing.discs[:, 2], (last - first)[:, 0] / 2])
+    points = np.pad(
+        np.stack([middles, middles + half[:, None] * [1.0, 0.0]]), ((0, 0), (0, 0), (0, 1))
     )
-    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
-
-
-def _pixels(camera: Camera, camera_T_target: FloatArray, points: FloatArray) -> FloatArray:
     seen = se3.transform_points(camera_T_target, points)
-    return project(seen, camera.parameters, camera.model)
-
-
-def _plate_mask(
-    camera: Camera, camera_T_target: FloatArray, outline: FloatArray, blur_px: float
-) -> FloatArray:
-    """Return how much of each pixel is plate, nearly: no disc comes near the plate's edge."""
-    (x0, y0), (x1, y1) = outline
-    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
-    along = np.arange(_SIDE_POINTS)[:, None] / _SIDE_POINTS
-    sides = [a + along * (b - a) for a, b in pairwise(corners)]
-    rim = np.pad(np.concatenate(sides), ((0, 0), (0, 1)))
-    mask = np.zeros((camera.height, camera.width), dtype=np.uint8)
-    whole = np.rint(_pixels(camera, camera_T_target, rim) * 2**_SUBPIXEL_BITS).astype(np.int32)
-    cv2.fillPoly(mask, [whole], (255,), cv2.LINE_AA, _SUBPIXEL_BITS)
-    soft = cv2.GaussianBlur(mask.astype(np.float64), (0, 0), max(blur_px, 0.1))
-    return np.asarray(soft / 255.0)
+    pixels, rims = project(seen, camera.parameters, camera.model)
+    return pixels, float(np.median(np.linalg.norm(rims - pixels, axis=1)))
 
 
 def _backdrop(
@@ -159,8 +142,8 @@ def _clutter(
 
     Args:
         size: Height and width of the image.
-        pixels: (n, 2) discs of the grid, whose hull is left alone.
-        radius: Of a disc of the grid, pixels.
+        pixels: (n, 2) shapes of the target, whose hull is left alone.
+        radius: Of a shape of the target, pixels.
         scenery: How many there are.
         rng: Source of chance.
     """

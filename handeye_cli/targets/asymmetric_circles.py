@@ -12,8 +12,9 @@ from handeye_cli.conventions import MM
 from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
-from handeye_cli.targets.disc_refinement import refine_discs
+from handeye_cli.targets.disc_refinement import recentred_discs, refine_discs
 from handeye_cli.targets.discs import Pattern, find_discs
+from handeye_cli.targets.drawing import Drawing, outline_around
 from handeye_cli.targets.keys import Range, refuse
 
 
@@ -53,6 +54,11 @@ class AsymmetricCircles(Board):
         """Return the (rows * columns, 3) centres of the discs, row by row, metres."""
         return lattice.flat_points(self._lattice, self.spacing_mm * MM / 2)
 
+    def drawing(self) -> Drawing:
+        """Return the discs on a plate that ends two spacings beyond the outer centres."""
+        outline = outline_around(self._discs[:, :2], 2 * self.spacing_mm * MM)
+        return Drawing(discs=self._discs, outline=outline)
+
     def turns(self) -> tuple[IntArray, ...]:
         """Return one turn with an odd number of rows, two with an even one."""
         return lattice.symmetries(self._lattice)
@@ -71,6 +77,10 @@ class AsymmetricCircles(Board):
     def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
         """Return the images of the discs' true centres, with the noise that the image leaves."""
         return refine_discs(grey, self._discs, seen, camera)
+
+    def recentred(self, seen: Detection, before: Camera | None, after: Camera) -> Detection:
+        """Return the centres that the same outlines have with other intrinsics."""
+        return recentred_discs(self._discs, seen, before, after)
 
     @property
     def _discs(self) -> FloatArray:

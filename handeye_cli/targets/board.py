@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray, TargetSpec
+from handeye_cli.targets.drawing import Drawing
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,10 @@ class Board(ABC):
         """Return the (n, 3) points in the target's frame, metres; ids are indices into them."""
 
     @abstractmethod
+    def drawing(self) -> Drawing:
+        """Return what the target looks like from its front."""
+
+    @abstractmethod
     def detect(self, grey: GreyImage) -> Detection:
         """Return the points found in a (height, width) image."""
 
@@ -77,6 +82,18 @@ class Board(ABC):
             grey: (height, width) image.
             seen: What `detect` found in it.
             camera: Intrinsics, or None when they are unknown.
+        """
+        return seen
+
+    def recentred(self, seen: Detection, before: Camera | None, after: Camera) -> Detection:
+        """Return what was refined with one camera as if it had been with another.
+
+        Where a point is within the outline that an image shows of it may depend on the camera.
+
+        Args:
+            seen: What `refine` gave.
+            before: The intrinsics it was given, None for none.
+            after: Other intrinsics.
         """
         return seen
 

@@ -12,8 +12,14 @@ from handeye_cli.conventions import MM
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.drawing import Drawing, checkers, outline_around
 from handeye_cli.targets.keys import Range, refuse
-from handeye_cli.targets.markers import dictionary, dictionary_name, require_markers
+from handeye_cli.targets.markers import (
+    dictionary,
+    dictionary_name,
+    printed,
+    require_markers,
+)
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,23 @@ class Charuco(Board):
     def points(self) -> FloatArray:
         """Return the ((rows - 1) * (columns - 1), 3) inner corners, row by row, metres."""
         return lattice.flat_points(self._lattice, self.square_mm * MM / 2)
+
+    def drawing(self) -> Drawing:
+        """Return the board as OpenCV prints it, with a margin as wide as a square.
+
+        Where `legacy` is not given, it is the layout of OpenCV 4.6 and later.
+        """
+        side, marker = self.square_mm * MM, self.marker_mm * MM
+        dark_first = not self.legacy or self.rows % 2 == 1
+        row, column = np.divmod(np.arange(self.columns * self.rows), self.columns)
+        light = (row + column) % 2 == dark_first
+        corners = np.stack([column, row], axis=1)[light] * side - (side + marker) / 2
+        name = dictionary_name(self.dictionary)
+        codes = [printed(name, k, marker) + np.tile(at, 2) for k, at in enumerate(corners)]
+        board = checkers(self.columns, self.rows, side, dark_first=dark_first) - side
+        return Drawing(
+            rectangles=np.concatenate([board, *codes]), outline=outline_around(board, side)
+        )
 
     def detect(self, grey: GreyImage) -> Detection:
         """Return the corners that are seen, or why they are too few."""

@@ -12,6 +12,7 @@ from handeye_cli.conventions import MM
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.drawing import Drawing, checkers, outline_around
 from handeye_cli.targets.front_view import fits_plane, front_view
 from handeye_cli.targets.keys import Range
 
@@ -43,6 +44,12 @@ class Chessboard(Board):
     def points(self) -> FloatArray:
         """Return the (rows * columns, 3) inner corners, row by row, metres."""
         return lattice.flat_points(self._lattice, self.square_mm * MM / 2)
+
+    def drawing(self) -> Drawing:
+        """Return the dark squares on a plate with a margin as wide as a square."""
+        side = self.square_mm * MM
+        dark = checkers(self.columns + 1, self.rows + 1, side) - side
+        return Drawing(rectangles=dark, outline=outline_around(dark, side))
 
     def turns(self) -> tuple[IntArray, ...]:
         """Return the turns that bring dark squares onto dark squares."""

@@ -7,9 +7,11 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from handeye_cli.errors import did_you_mean
 from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.targets.drawing import dark_cells
 from handeye_cli.targets.keys import refuse
 
 UNIT_TAG = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -66,6 +68,34 @@ def require_markers(name: str, needed: int) -> None:
     size = len(dictionary(name).bytesList)
     if needed > size:
         raise refuse(f"expected a dictionary of at least {needed} markers, found {name} of {size}")
+
+
+def printed(name: str, number: int, side: float) -> FloatArray:
+    """Return the dark cells of a marker as OpenCV prints it.
+
+    Args:
+        name: The dictionary's name.
+        number: Of the marker.
+        side: Of the black square.
+
+    Returns:
+        (m, 4) rectangles x0, y0, x1, y1 from the top left corner, in the unit of the side.
+    """
+    cells = _cells(name, number)
+    return dark_cells(cells, side / len(cells))
+
+
+def upright(name: str, number: int, side: float) -> FloatArray:
+    """Return the dark cells of a marker as `printed` does, an AprilTag as its authors print it."""
+    turned = is_apriltag(name) and _apriltags_upside_down()
+    cells = _cells(name, number)
+    return dark_cells(cells[::-1, ::-1] if turned else cells, side / len(cells))
+
+
+def _cells(name: str, number: int) -> NDArray[np.bool_]:
+    """Return which cells of a marker are dark, its border included."""
+    known = dictionary(name)
+    return np.asarray(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2) < 128)
 
 
 def is_apriltag(name: str) -> bool:

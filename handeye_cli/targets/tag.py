@@ -10,12 +10,14 @@ from handeye_cli.conventions import MM
 from handeye_cli.records import FloatArray, GreyImage
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.drawing import Drawing, outline_around
 from handeye_cli.targets.markers import (
     UNIT_TAG,
     dictionary_name,
     family_name,
     find_tags,
     require_markers,
+    upright,
 )
 
 
@@ -39,6 +41,12 @@ class _Tag(Board):
     def points(self) -> FloatArray:
         """Return the (4, 3) corners of the black square, metres."""
         return lattice.flat_points(UNIT_TAG, self.size_mm * MM)
+
+    def drawing(self) -> Drawing:
+        """Return the tag, tag 0 if none is named, with a margin of a quarter of its side."""
+        side = self.size_mm * MM
+        outline = outline_around(self.points()[:, :2], side / 4)
+        return Drawing(rectangles=upright(self._markers, self.id or 0, side), outline=outline)
 
     def detect(self, grey: GreyImage) -> Detection:
         """Return the tag's corners, or why it was not found."""

@@ -12,6 +12,7 @@ from handeye_cli.conventions import MM
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.drawing import Drawing, outline_around
 from handeye_cli.targets.front_view import fits_plane
 from handeye_cli.targets.keys import Range
 from handeye_cli.targets.markers import (
@@ -21,6 +22,7 @@ from handeye_cli.targets.markers import (
     find_tags,
     is_apriltag,
     require_markers,
+    upright,
 )
 
 _MISFIT = 0.25
@@ -56,6 +58,15 @@ class _TagGrid(Board):
     def points(self) -> FloatArray:
         """Return the (4 * columns * rows, 3) corners of the tags, metres."""
         return lattice.flat_points(self._positions, MM)
+
+    def drawing(self) -> Drawing:
+        """Return the tags, each upright, with a margin of a quarter of their side."""
+        side, corners = self.size_mm * MM, self.points()[:, :2]
+        dark = [
+            upright(self._markers, tag, side) + np.tile(corner, 2)
+            for tag, corner in enumerate(corners[::4])
+        ]
+        return Drawing(rectangles=np.concatenate(dark), outline=outline_around(corners, side / 4))
 
     def detect(self, grey: GreyImage) -> Detection:
         """Return the corners of the seen tags, or why they are none of this grid.

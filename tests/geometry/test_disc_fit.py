@@ -12,7 +12,8 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.records import Camera
-from handeye_cli.simulate.render import Appearance, render_discs
+from handeye_cli.simulate.render import Appearance, render_target
+from handeye_cli.targets.drawing import Drawing
 
 CAMERA = Camera(480, 400, 620.0, 615.0, 240.0, 200.0, (-0.2, 0.05, 1e-3, -1e-3, 0.0))
 COLUMN, ROW = np.meshgrid(np.arange(5), np.arange(5))
@@ -47,10 +48,8 @@ class View:
 
     def picture(self, rng=None, radius=2e-3, **look):
         look = Appearance(**{"gradient": (0.2, 0.1), **look})
-        centres = np.pad(CENTRES, ((0, 0), (0, 1)))
-        return render_discs(
-            CAMERA, self.pose, centres, np.full(25, radius), appearance=look, rng=rng
-        )
+        plate = Drawing(np.column_stack([CENTRES, np.full(25, radius)]))
+        return render_target(CAMERA, self.pose, plate, appearance=look, rng=rng)
 
     def fit(self, rng, picture) -> DiscFit:
         start = self.truth + rng.normal(scale=0.2, size=self.truth.shape)

@@ -9,7 +9,13 @@ import pytest
 from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera
-from handeye_cli.simulate.coverage import blur_weights, half_plane_share, look, plate_points
+from handeye_cli.simulate.coverage import (
+    blur_weights,
+    half_plane_share,
+    interpolated,
+    look,
+    plate_points,
+)
 
 DISTORTED = Camera(640, 480, 550.0, 548.0, 322.0, 238.0, (-0.2, 0.06, 0.001, -0.0007, 0.01))
 TILTED = se3.from_parts(rotations.exp(np.array([0.4, -0.3, 0.6])), np.array([-0.02, 0.01, 0.3]))
@@ -80,18 +86,32 @@ def test_plate_points_are_where_opencv_projects_from():
     assert plate_points(DISTORTED, TILTED, pixels[:, 0]) == pytest.approx(plate, abs=1e-12)
 
 
-def test_coarse_map_is_near_the_exact_one():
+def test_the_map_between_knots_is_the_exact_one():
     view = look(DISTORTED, TILTED, 0.7)
-    v, u = np.mgrid[0 : view.reach.shape[0] : 3, 0 : view.reach.shape[1] : 3]
-    exact = plate_points(DISTORTED, TILTED, np.stack([u, v], axis=-1) - float(view.margin))
-    # The margin that `reach` has beyond half a pixel's diagonal, which is 0.1 of the diagonal.
-    off = np.linalg.norm(view.points[v, u] - exact, axis=-1)
-    assert np.all(off < 0.15 * view.reach[v, u])
+    corner = np.array([[0.0, 1.5], [240.0, 247.0], [480.0, 487.25]])
+    rows, columns = corner, corner + 0.3 * corner[:, :1]
+    u, v = np.broadcast_arrays(columns[:, None, :], rows[:, :, None])
+    exact = plate_points(DISTORTED, TILTED, np.stack([u, v], axis=-1) - view.margin)
+    off = np.linalg.norm(interpolated(view, rows, columns) - exact, axis=-1)
+    pixel = view.reach[[0, 30, 60], [0, 39, 78], None, None] / 8
+    # the first and the last lie on the image's corner, beyond the outermost knots
+    assert np.all(off < [[[3e-5]], [[1e-6]], [[3e-5]]] * pixel)
+
+
+def test_a_block_stays_within_its_reach():
+    view = look(DISTORTED, TILTED, 0.7)
+    height, width = view.reach.shape
+    edge = np.array([-0.5, 7.5])
+    for row in range(0, height, 7):
+        across = 8 * np.arange(width)[:, None] + edge
+        corners = interpolated(view, np.tile(8 * row + edge, (width, 1)), across)
+        off = np.linalg.norm(corners - view.knots[row, :, None, None], axis=-1)
+        assert np.all(off < view.reach[row, :, None, None])
 
 
 def test_rays_above_the_horizon_stay_finite():
     steep = se3.from_parts(rotations.exp(np.array([1.35, 0.0, 0.0])), np.array([0.0, 0.0, 0.3]))
-    assert np.all(np.isfinite(look(DISTORTED, steep, 0.7).points))
+    assert np.all(np.isfinite(look(DISTORTED, steep, 0.7).knots))
 
 
 def test_camera_behind_the_plate_is_refused():
@@ -108,5 +128,5 @@ def test_impossible_blur_is_refused(blur, found):
 
 def test_distortion_that_folds_is_refused_with_the_pixel():
     folded = Camera(640, 480, 300.0, 300.0, 320.0, 240.0, (-0.6, 0.0, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match=r"found none at pixel \(-4, -4\)"):
+    with pytest.raises(InputError, match=r"found none at pixel \(-0.5, -0.5\)"):
         look(folded, TILTED, 0.7)

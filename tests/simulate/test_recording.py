@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from handeye_cli import targets
 from handeye_cli.conventions import Setup
-from handeye_cli.errors import UsageError
+from handeye_cli.errors import InputError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import Camera, Noise, TargetSpec
-from handeye_cli.simulate.recording import Rig, disc_plate, simulate_recording
+from handeye_cli.simulate.recording import Rig, simulate_recording
 from handeye_cli.simulate.render import Appearance
 
 PLATE = TargetSpec("disc-grid", {"rows": 2, "columns": 3, "spacing_mm": 5, "diameter_mm": 4})
@@ -58,9 +59,9 @@ def test_robot_poses_carry_their_noise():
 
 def test_picture_shows_the_discs_where_the_truth_projects_them():
     simulated = taken(replace(RIG, appearance=Appearance()))
-    plate = disc_plate(PLATE)
+    centres = targets.build(PLATE).points()
     for i, station in enumerate(simulated.recording.stations):
-        points = se3.transform_points(simulated.camera_T_target[i], plate.centres)
+        points = se3.transform_points(simulated.camera_T_target[i], centres)
         u, v = np.rint(project(points, RIG.camera.parameters)).astype(int).T
         image = station.image.load()
         assert image.shape == (80, 90)
@@ -90,32 +91,6 @@ def test_recording_declares_what_it_was_made_with():
     assert recording.camera is RIG.camera
 
 
-def test_disc_k_lies_at_column_and_row_times_spacing():
-    plate = disc_plate(PLATE)
-    for k, centre in enumerate(plate.centres):
-        assert centre == pytest.approx([0.005 * (k % 3), 0.005 * (k // 3), 0.0])
-    assert plate.radii == pytest.approx([0.002] * 6)
-    assert plate.outline == pytest.approx(np.array([[-0.005, -0.005], [0.015, 0.01]]))
-
-
-def test_corner_disc_is_disc_zero():
-    target = TargetSpec(
-        "disc-grid",
-        {
-            "rows": 10,
-            "columns": 10,
-            "spacing_mm": 25.4,
-            "diameter_mm": 12.7,
-            "corner_diameter_mm": 25.4,
-        },
-    )
-    plate = disc_plate(target)
-    assert len(plate.centres) == 100
-    assert plate.radii[0] == pytest.approx(0.0127)
-    assert plate.radii[1:] == pytest.approx([0.00635] * 99)
-    assert plate.centres[99] == pytest.approx([9 * 0.0254, 9 * 0.0254, 0.0])
-
-
 def test_corner_disc_is_drawn_larger():
     corner = TargetSpec("disc-grid", {**PLATE.parameters, "corner_diameter_mm": 4.8})
     facing = np.eye(4)[None].copy()
@@ -130,18 +105,27 @@ def test_corner_disc_is_drawn_larger():
     assert darkness(corner) - darkness(PLATE) == pytest.approx(added, abs=0.1)
 
 
+def test_a_target_of_any_type_is_seen_and_found():
+    spec = targets.parse("charuco:4x3:10mm:7mm:DICT_4X4_50")
+    rig = replace(RIG, target=spec, camera=Camera(240, 200, 500.0, 500.0, 119.5, 99.5))
+    middle = np.array([0.01, 0.005, 0.0])
+    simulated = simulate_recording(rig, generate_stations(3, 0.15, 0.3, middle), 1)
+    board = targets.build(spec)
+    for station, pose in zip(simulated.recording.stations, simulated.camera_T_target, strict=True):
+        seen = board.detect(station.image.load())
+        truth = project(se3.transform_points(pose, board.points()), rig.camera.parameters)
+        assert list(seen.ids) == list(range(6))
+        assert np.abs(seen.pixels - truth).max() < 0.3
+
+
 @pytest.mark.parametrize(
     ("target", "found"),
     [
-        (TargetSpec("chessboard", {}), "found 'chessboard'"),
-        (TargetSpec("disc-grid", {"rows": 6}), "needs columns, found rows"),
-        (TargetSpec("disc-grid", {**PLATE.parameters, "rows": 0}), "rows above 0, found 0"),
-        (
-            TargetSpec("disc-grid", {**PLATE.parameters, "diameter_mm": -4}),
-            "diameter_mm above 0, found -4",
-        ),
+        (TargetSpec("disk-grid", {}), "found 'disk-grid'"),
+        (TargetSpec("disc-grid", {"rows": 6}), "columns"),
+        (TargetSpec("disc-grid", {**PLATE.parameters, "diameter_mm": -4}), "found -4"),
     ],
 )
-def test_other_targets_are_refused(target, found):
-    with pytest.raises(UsageError, match=found):
+def test_targets_that_cannot_be_drawn_are_refused(target, found):
+    with pytest.raises(InputError, match=found):
         taken(replace(RIG, target=target))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import yaml
 
+from handeye_cli import targets
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.geometry.station_generator import interstation_angles
-from handeye_cli.simulate.recording import disc_plate
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
 FOLDER = SAMPLE / "paper-plate"
@@ -95,7 +95,7 @@ def test_all_discs_are_inside_and_found_by_opencv(index, script, recording, trut
     found, centres = cv2.findCirclesGrid(image, (6, 6))
     assert found
     pose = matrix(truth["stations"][index]["camera_T_target"])
-    points = se3.transform_points(pose, disc_plate(script.RIG.target).centres)
+    points = se3.transform_points(pose, targets.build(script.RIG.target).points())
     expected = project(points, script.RIG.camera.parameters)
     distance = np.linalg.norm(centres.reshape(-1, 1, 2) - expected, axis=-1)
     # OpenCV gives a blob's middle: 0.1 px off at 30 degrees, and up to 0.2 px for single discs.

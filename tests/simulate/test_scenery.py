@@ -6,39 +6,34 @@ import pytest
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera
 from handeye_cli.simulate.random_views import random_view
-from handeye_cli.simulate.render import Appearance, paint_discs
+from handeye_cli.simulate.render import Appearance, paint_target
 from handeye_cli.simulate.scenery import Scenery, render_scene
+from handeye_cli.targets.drawing import Drawing, checkers
 
 CAMERA = Camera(160, 120, 180.0, 180.0, 79.0, 60.5, (-0.2, 0.05, 0.001, -0.001, 0.0))
 CENTRES = 0.01 * np.array([[x, y, 0.0] for y in range(3) for x in range(3)])
 RADII = np.full(9, 0.003)
 POSE = se3.from_parts(rotations.exp(np.array([0.3, -0.2, 0.4])), np.array([-0.01, -0.009, 0.12]))
 LOOK = Appearance(background=100.0)
-PLATE = np.array([[-0.008, -0.008], [0.028, 0.028]])
+DISCS = np.column_stack([CENTRES[:, :2], RADII])
+PAPER = Drawing(DISCS)
+PLATE = Drawing(DISCS, outline=np.array([[-0.008, -0.008], [0.028, 0.028]]))
 
 
-def scene(seed=0, outline=None, **more):
-    return render_scene(
-        CAMERA, POSE, CENTRES, RADII, scenery=Scenery(**more), rng=np.random.default_rng(seed),
-        outline=outline, appearance=LOOK,
-    ).astype(float)  # fmt: skip
+def scene(drawing=PAPER, seed=0, **more):
+    rng = np.random.default_rng(seed)
+    scenery = Scenery(**more)
+    picture = render_scene(CAMERA, POSE, drawing, scenery=scenery, rng=rng, appearance=LOOK)
+    return picture.astype(float)
 
 
-def plain(**more):
-    return paint_discs(CAMERA, POSE, CENTRES, RADII, appearance=LOOK, **more)
+def plain(drawing=PAPER):
+    return paint_target(CAMERA, POSE, drawing, appearance=LOOK)
 
 
-def test_without_anything_around_it_is_the_plain_picture():
-    np.testing.assert_allclose(scene(), plain(), atol=0.51)
-
-
-def test_the_plate_ends_where_the_exact_renderer_ends_it():
-    drawn, exact = scene(outline=PLATE), plain(outline=PLATE)
-    # the rim is drawn as a polygon, which is right to half a pixel
-    step = LOOK.paper - LOOK.background
-    assert np.abs(drawn - exact).max() < 0.6 * step
-    rim = np.sum((exact > LOOK.background + 0.1) & (exact < LOOK.paper - 0.1) & (exact > 90))
-    assert np.abs(drawn - exact).sum() < 0.5 * step * rim
+@pytest.mark.parametrize("drawing", [PAPER, PLATE])
+def test_without_anything_around_it_is_the_plain_picture(drawing):
+    np.testing.assert_allclose(scene(drawing), plain(drawing), atol=0.51)
 
 
 def test_clutter_lies_beside_the_grid():
@@ -50,11 +45,20 @@ def test_clutter_lies_beside_the_grid():
     assert not changed[v, u].any()
 
 
+def test_clutter_keeps_off_the_squares_of_a_chessboard():
+    squares = checkers(5, 4, 0.005) - 0.002
+    board = Drawing(rectangles=squares)
+    before, after = scene(board), scene(board, blobs=30, decoys=30, seed=4)
+    changed = np.abs(after - before) > 1.0
+    assert changed.mean() > 0.02
+    assert not changed[before < 0.9 * LOOK.paper].any()
+
+
 def test_a_texture_has_its_spread_and_leaves_the_plate_alone():
-    drawn = scene(outline=PLATE, texture=20.0, grain_px=1.0)
-    inside = plain(outline=PLATE) > 0.99 * LOOK.paper
+    drawn = scene(PLATE, texture=20.0, grain_px=1.0)
+    inside = plain(PLATE) > 0.99 * LOOK.paper
     assert np.abs(drawn[inside] - LOOK.paper).max() < 6.0
-    outside = np.abs(plain(outline=PLATE) - LOOK.background) < 0.1
+    outside = np.abs(plain(PLATE) - LOOK.background) < 0.1
     assert np.std(drawn[outside]) == pytest.approx(20.0, rel=0.1)
 
 
@@ -75,7 +79,7 @@ def test_random_views_repeat_and_know_their_discs(seed):
         for _ in range(2)
     ]
     np.testing.assert_array_equal(views[0].image, views[1].image)
-    exact = paint_discs(camera, views[0].camera_T_target, CENTRES, RADII)
+    exact = paint_target(camera, views[0].camera_T_target, PAPER)
     darkness = (exact.max() - exact) / np.ptp(exact)
     for middle in views[0].ellipses:
         around = int(0.5 * views[0].width) + 3

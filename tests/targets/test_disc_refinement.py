@@ -9,8 +9,8 @@ from handeye_cli import targets
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera
-from handeye_cli.simulate.recording import disc_plate
-from handeye_cli.simulate.render import Appearance, render_discs
+from handeye_cli.simulate.render import Appearance, render_target
+from handeye_cli.targets.drawing import Drawing
 
 CAMERA = Camera(640, 480, 700.0, 700.0, 321.0, 239.0, (-0.2, 0.05, 1e-3, -1e-3, 0.0))
 PLAIN = "disc-grid:6x6:5mm:4mm"
@@ -19,26 +19,17 @@ CORNER = "disc-grid:10x10:5mm:2.5mm:5mm"
 
 def picture(text, rng, tilt_deg, noise=2.0):
     """A drawn picture of a target with the pixels of its points."""
-    spec = targets.parse(text)
-    plate = disc_plate(spec)
-    centre = plate.centres.mean(axis=0)
+    board = targets.build(targets.parse(text))
+    centre = board.points().mean(axis=0)
     across = rng.uniform(0, 2 * np.pi)
     tilt = np.radians(tilt_deg) * np.array([np.cos(across), np.sin(across), 0.0])
     R = rotations.exp(tilt) @ rotations.exp(np.array([0, 0, rng.uniform(-3, 3)]))
-    distance = 1.7 * CAMERA.fx * np.ptp(plate.centres[:, 0]) / CAMERA.height
+    distance = 1.7 * CAMERA.fx * np.ptp(board.points()[:, 0]) / CAMERA.height
     pose = se3.from_parts(R, np.array([0.0, 0.0, distance]) - R @ centre)
     light = Appearance(gradient=(0.2, -0.1), noise=noise)
-    grey = render_discs(
-        CAMERA,
-        pose,
-        plate.centres,
-        plate.radii,
-        outline=plate.outline,
-        appearance=light,
-        rng=rng,
-    )
-    points = se3.transform_points(pose, plate.centres)
-    return targets.build(spec), grey, project(points, CAMERA.parameters)
+    grey = render_target(CAMERA, pose, board.drawing(), appearance=light, rng=rng)
+    points = se3.transform_points(pose, board.points())
+    return board, grey, project(points, CAMERA.parameters)
 
 
 def numbered_like(seen, truth, board):
@@ -113,16 +104,14 @@ def test_blank_paper_under_the_rough_centres_gives_a_reason():
 
 def test_large_tilted_discs_start_from_their_centres():
     """Discs of 90 px at 50 deg: middles and centres lie more than a pixel apart."""
-    spec = targets.parse("disc-grid:3x3:20mm:16mm")
     camera = Camera(900, 700, 900.0, 900.0, 449.5, 349.5)
-    plate = disc_plate(spec)
+    board = targets.build(targets.parse("disc-grid:3x3:20mm:16mm"))
     R = rotations.exp(np.radians(50.0) * np.array([0.6, 0.8, 0.0]))
-    pose = se3.from_parts(R, np.array([0.0, 0.0, 0.14]) - R @ plate.centres.mean(axis=0))
-    grey = render_discs(camera, pose, plate.centres, plate.radii)
-    board = targets.build(spec)
+    pose = se3.from_parts(R, np.array([0.0, 0.0, 0.14]) - R @ board.points().mean(axis=0))
+    grey = render_target(camera, pose, Drawing(board.drawing().discs))
     rough = board.detect(grey)
     seen = board.refine(grey, rough, camera)
-    truth = project(se3.transform_points(pose, plate.centres), camera.parameters)
+    truth = project(se3.transform_points(pose, board.points()), camera.parameters)
     assert np.abs(rough.pixels - numbered_like(rough, truth, board)).max() > 1.0
     assert len(seen.ids) == 9
     assert np.abs(seen.pixels - numbered_like(seen, truth, board)).max() < 0.01
