@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_edges import Edges, coverage, measure
+from handeye_cli.geometry.disc_paper import Patchwork, paper_between
 from handeye_cli.geometry.disc_pixels import (
     FloatArray,
     SingleArray,
@@ -31,29 +32,33 @@ from handeye_cli.geometry.disc_pixels import (
     look_at,
 )
 from handeye_cli.geometry.disc_projection import outlines
+from handeye_cli.geometry.light_slopes import Course, Light, course_of_light
 
 _FIRST_BLUR = 0.8
 _FIRST_BAND = 3.0
 _FIRST_THINNING = 3
 """The first round takes every third pixel within this distance from the edge."""
 _BAND_BLURS = 2.4
+_WIDE_BLURS = 3.2
 _BAND_LIMITS = (1.6, 9.0)
-"""Then all pixels within this multiple of the blur take part, and the band's limits."""
+"""Then all pixels within this multiple of the blur take part, more where shadows fall for they tell
+the course of the light; and the band's limits."""
 _WINDOW_BAND = 5.0
 _SLACK = 0.4
 """By how much a disc may move between the rounds, in pixels, without losing pixels."""
 _BLUR_LIMITS = (0.3, 4.0)
 _FIRST_STEPS, _LAST_STEPS = 3, 2
-_GROWTH, _BLUR, _LIGHT, _INK = 2, 3, 4, 7
-_SHIFT, _SLOPE = slice(0, 2), slice(5, 7)
-_PARAMETERS = 8
-_SMOOTH = 1e-7
-"""Least variance of a light's slope over a disc, in squared lights."""
+_GROWTH, _BLUR, _INK, _LIGHT = 2, 3, 4, 5
+_SHIFT, _COURSE = slice(0, 2), slice(6, None)
+_EVEN, _BENT = 3, 6
+"""Terms of the light over a disc: a plane, or a quadratic where shadows fall."""
 _SOUND = 9.0
 """Squared residuals over the median above which a disc is covered or stained."""
+_MISSES = 1.5
+"""Mean square residual over the noise that chance does not explain."""
 _STILL = 0.02
 """After a step by fewer blurs nothing is left to the next one."""
-_LARGEST_STEP = np.array([0.2, 0.2, 0.1, 0.3, 1e9, 1e9, 1e9, 0.5])
+_LARGEST_STEP = np.array([0.2, 0.2, 0.1, 0.3, 0.5, *[1e9] * _BENT])
 
 
 @dataclass(frozen=True)
@@ -84,8 +89,8 @@ class _Progress:
     """What some steps reached.
 
     Attributes:
-        state: (n, 8) parameters.
-        normal: (n, 8, 8) information on them, for residuals of one grey level.
+        state: (n, p) parameters: shift, growth, blur, ink, and the terms of the light.
+        normal: (n, p, p) information on them, for residuals of one grey level.
         squares: (n,) sums of squared residuals.
         count: (n,) pixels that take part.
     """
@@ -94,6 +99,22 @@ class _Progress:
     normal: FloatArray
     squares: FloatArray
     count: FloatArray
+
+    @property
+    def relative(self) -> FloatArray:
+        """(n,) mean square residuals."""
+        return np.asarray(self.squares / np.maximum(self.count - self.state.shape[1], 1.0))
+
+    @property
+    def sound(self) -> NDArray[np.bool_]:
+        """(n,) whether a disc is neither covered nor stained."""
+        return np.asarray(self.relative < _SOUND * np.median(self.relative))
+
+    @property
+    def noise(self) -> float:
+        """Variance of a grey level, that of rounding at least."""
+        freedom = np.sum((self.count - self.state.shape[1])[self.sound])
+        return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), 1.0 / 12.0)
 
 
 def fit_discs(
@@ -114,31 +135,32 @@ def fit_discs(
     pixels = edge_pixels(image, patches, rings, _FIRST_BAND + _SLACK, every=_FIRST_THINNING)
     edges = measure(patches, pixels, still, blur=_FIRST_BLUR, band=_FIRST_BAND)
     first = _iterate(edges, _first_state(edges), None, _FIRST_STEPS)
-    prior = _light_prior(start, first, patches.half)
     moved, blur = first.state[:, :3], float(np.median(first.state[:, _BLUR]))
-    band = min(max(_BAND_BLURS * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
+    paper = paper_between(image, discs, to_pixel, _BAND_BLURS * blur)
+    prior = _light_prior(first, start, paper, patches.half)
+    bent = np.zeros((len(discs), prior.mean.shape[1] - 2))
+    wide = _WIDE_BLURS if bent.size > 0 else _BAND_BLURS
+    band = min(max(wide * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
     pixels = edge_pixels(image, patches, outlines(discs, to_pixel, moved) + missed, band)
     edges = measure(patches, pixels, moved, blur=blur, band=band)
-    origin = np.concatenate([np.zeros((len(discs), 3)), first.state[:, 3:]], axis=1)
+    origin = np.concatenate([still, first.state[:, 3:], bent], axis=1)
     return _result(discs, to_pixel, start, moved, _iterate(edges, origin, prior, _LAST_STEPS))
 
 
 def _result(
     discs: FloatArray, to_pixel: PlateToPixel, start: FloatArray, moved: FloatArray, last: _Progress
 ) -> DiscFit:
-    state, count, squares = last.state, last.count, last.squares
-    relative = squares / np.maximum(count - _PARAMETERS, 1.0)
-    sound = relative < _SOUND * np.median(relative)
-    freedom = max(float(np.sum(count[sound] - _PARAMETERS)), 1.0)
-    variance = float(np.sum(squares[sound])) / freedom
+    state, relative = last.state, last.relative
+    # where the model misses something the centre is less sure than the noise alone leaves it
+    variance = last.noise * np.where(relative > _MISSES * last.noise, relative / last.noise, 1.0)
     radius = discs[:, 2:]
     centre = discs[:, :2] + radius * (state[:, _SHIFT] + moved[:, _SHIFT])
     by_shift = radius[..., None] * forward_jacobian(to_pixel, centre, discs[:, 2])
     spread = np.linalg.inv(last.normal)[:, _SHIFT, _SHIFT]
     return DiscFit(
         pixels=to_pixel(centre) + start - to_pixel(discs[:, :2]),
-        covariance=variance * by_shift @ spread @ np.swapaxes(by_shift, -1, -2),
-        noise=math.sqrt(variance),
+        covariance=variance[:, None, None] * by_shift @ spread @ np.swapaxes(by_shift, -1, -2),
+        noise=math.sqrt(last.noise),
         growth=state[:, _GROWTH] + moved[:, _GROWTH],
         blur=state[:, _BLUR],
         contrast=state[:, _LIGHT] * (1.0 - state[:, _INK]),
@@ -146,31 +168,60 @@ def _result(
     )
 
 
-def _model(edges: Edges, state: FloatArray) -> tuple[SingleArray, SingleArray]:
-    """Return the (n, m) grey levels and their (n, 8, m) derivatives."""
+@dataclass(frozen=True)
+class _Shading:
+    """What the pixels should be, and what it is made of: (n, m) each.
+
+    Attributes:
+        distance: From the edge, pixels, positive inside.
+        covered: Share that discs cover.
+        density: Of the normal distribution at the edge, in blurs.
+        light: Grey level of paper.
+        paper: Share of the light that discs leave.
+    """
+
+    distance: SingleArray
+    covered: SingleArray
+    density: SingleArray
+    light: SingleArray
+    paper: SingleArray
+
+
+def _shading(edges: Edges, state: FloatArray) -> _Shading:
     single = state.astype(np.float32)
     blur, ink = single[:, _BLUR, None], single[:, _INK, None]
-    offset, by_shift = edges.pixels.offset, edges.by_shift
-    distance: SingleArray = edges.distance + (single[:, None, :3] @ by_shift)[:, 0]
+    terms = edges.pixels.terms[:, : state.shape[1] - _LIGHT]
+    distance: SingleArray = edges.distance + (single[:, None, :3] @ edges.by_shift)[:, 0]
     covered, density = coverage(distance / blur)
     if edges.others is not None:
         covered += coverage(edges.others / blur)[0]
-    light = single[:, _LIGHT, None] + (single[:, None, _SLOPE] @ offset)[:, 0]
-    paper = 1.0 - (1.0 - ink) * covered
-    by_distance = light * density * ((ink - 1.0) / blur)
-    J = np.empty((len(state), _PARAMETERS, distance.shape[1]), dtype=np.float32)
-    np.multiply(by_shift, by_distance[:, None], out=J[:, :3])
-    np.multiply(by_distance, distance / -blur, out=J[:, _BLUR])
-    J[:, _LIGHT] = paper
-    np.multiply(offset, paper[:, None], out=J[:, _SLOPE])
-    np.multiply(light, covered, out=J[:, _INK])
-    return light * paper, J
+    light = (single[:, None, _LIGHT:] @ terms)[:, 0]
+    return _Shading(distance, covered, density, light, 1.0 - (1.0 - ink) * covered)
+
+
+def _left(edges: Edges, shading: _Shading) -> SingleArray:
+    """Return the (n, m) residuals."""
+    return (edges.pixels.grey - shading.light * shading.paper) * edges.weight
+
+
+def _derivatives(edges: Edges, shading: _Shading, state: FloatArray) -> SingleArray:
+    """Return the (n, p, m) derivatives of the grey levels by the parameters."""
+    single = state.astype(np.float32)
+    blur, ink = single[:, _BLUR, None], single[:, _INK, None]
+    terms = edges.pixels.terms[:, : state.shape[1] - _LIGHT]
+    by_distance = shading.light * shading.density * ((ink - 1.0) / blur)
+    J = np.empty((*state.shape, by_distance.shape[1]), dtype=np.float32)
+    np.multiply(edges.by_shift, by_distance[:, None], out=J[:, :3])
+    np.multiply(by_distance, shading.distance / -blur, out=J[:, _BLUR])
+    np.multiply(shading.light, shading.covered, out=J[:, _INK])
+    np.multiply(terms, shading.paper[:, None], out=J[:, _LIGHT:])
+    return J
 
 
 def _first_state(edges: Edges) -> FloatArray:
-    """Return the (n, 8) state at the start, light and ink by linear least squares."""
+    """Return the (n, p) state at the start, light and ink by linear least squares."""
     grey, weight = edges.pixels.grey, edges.weight
-    state = np.zeros((len(grey), _PARAMETERS))
+    state = np.zeros((len(grey), _LIGHT + _EVEN))
     state[:, _BLUR] = _FIRST_BLUR
     covered, _ = coverage(edges.distance / np.float32(_FIRST_BLUR))
     if edges.others is not None:
@@ -183,71 +234,48 @@ def _first_state(edges: Edges) -> FloatArray:
     return state
 
 
-def _light_prior(start: FloatArray, first: _Progress, half: int) -> tuple[FloatArray, FloatArray]:
-    """Return (n, 2) slopes of the light by its course over the plate, and their variance.
+def _light_prior(first: _Progress, start: FloatArray, paper: Patchwork, half: int) -> Course:
+    """Return how the light should go over each disc, in terms of the window's offsets.
 
-    A quadratic is fitted to the light of the sound discs. What it misses beyond the noise, and what
-    the slopes that were found depart from its own, bound how far a slope may depart from it.
+    Its variances are in units of that of a grey level.
     """
-    sound = first.squares < _SOUND * np.median(first.squares)
-    light, slopes = first.state[sound, _LIGHT], first.state[sound, _SLOPE]
-    freedom = max(float(np.sum(first.count[sound] - _PARAMETERS)), 1.0)
-    noise = float(np.sum(first.squares[sound])) / freedom
-    spread = noise * np.einsum("nii->ni", np.linalg.inv(first.normal[sound]))
-    middle = start.mean(axis=0)
-    extent = max(float(np.max(np.abs(start - middle))), 1.0)
-    terms, by_x, by_y = _quadratic((start - middle) / extent)
-    used = terms.shape[1] if sound.sum() >= 2 * terms.shape[1] else 3
-    rows = terms[sound, :used]
-    course, *_ = np.linalg.lstsq(rows, light, rcond=None)
-    missed = np.sum((light - rows @ course) ** 2) / max(len(light) - used, 1)
-    rough = max(float(missed - np.mean(spread[:, _LIGHT])), 0.0)
-    slope = np.stack([by_x[:, :used] @ course, by_y[:, :used] @ course], axis=1) * (half / extent)
-    apart = np.sum((start[:, None] - start[None]) ** 2, axis=-1) + np.diag([np.inf] * len(start))
-    pitch = float(np.median(np.min(apart, axis=1)))
-    departs = (slopes - slope[sound]) ** 2 - spread[:, _SLOPE]
-    departure = float(np.mean(departs) - 2.0 * np.std(departs) / math.sqrt(departs.size))
-    variance = max(
-        4.0 * rough * (half / pitch) ** 2, departure, _SMOOTH * float(np.median(light)) ** 2
+    sound, noise = first.sound, first.noise
+    spread = noise * np.linalg.inv(first.normal)[sound, _LIGHT, _LIGHT]
+    light = Light(
+        np.concatenate([start[sound], paper.places]) / half,
+        np.concatenate([first.state[sound, _LIGHT], paper.level]),
+        np.concatenate([spread, np.full(len(paper.level), noise / paper.count)]),
+        np.repeat([True, False], [int(sound.sum()), len(paper.level)]),
     )
-    return slope, np.full((len(start), 2), variance)
+    course = course_of_light(light, start / half)
+    return Course(course.mean, course.variance / noise)
 
 
-def _quadratic(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the (n, 6) terms of a quadratic at (n, 2) places, and their derivatives by each."""
-    x, y = at.T
-    one, zero = np.ones_like(x), np.zeros_like(x)
-    terms = np.stack([one, x, y, x * x, x * y, y * y], axis=1)
-    by_x = np.stack([zero, one, zero, 2 * x, y, zero], axis=1)
-    return terms, by_x, np.stack([zero, zero, one, zero, x, 2 * y], axis=1)
+def _iterate(edges: Edges, state: FloatArray, prior: Course | None, steps: int) -> _Progress:
+    """Take Gauss-Newton steps, up to so many and until the discs stay where they are.
 
-
-def _iterate(
-    edges: Edges, state: FloatArray, prior: tuple[FloatArray, FloatArray] | None, steps: int
-) -> _Progress:
-    """Take Gauss-Newton steps, up to so many and until the discs stay where they are."""
-    grey, weight = edges.pixels.grey, edges.weight
-    count, blur = np.sum(weight, axis=1, dtype=float), float(np.median(state[:, _BLUR]))
+    The prior's variance is in units of that of a grey level.
+    """
+    weight, blur = edges.weight, float(np.median(state[:, _BLUR]))
+    shading = _shading(edges, state)
     for _ in range(steps):
-        model, J = _model(edges, state)
-        left = (grey - model) * weight
+        J = _derivatives(edges, shading, state)
         # of an array and itself the product would be slower
         normal = ((J * weight[:, None]) @ np.swapaxes(J, -1, -2)).astype(float)
-        right = (J @ left[..., None])[..., 0].astype(float)
-        squares = np.vecdot(left, left).astype(float)
-        wanted = right.copy()
-        if prior is not None:
-            strength = float(np.median(squares / np.maximum(count, 1.0))) / prior[1]
-            normal[:, [5, 6], [5, 6]] += strength
-            wanted[:, _SLOPE] += strength * (prior[0] - state[:, _SLOPE])
+        wanted = (J @ _left(edges, shading)[..., None])[..., 0].astype(float)
         diagonal = np.einsum("nii->ni", normal)
-        damped = normal + 1e-6 * np.eye(_PARAMETERS) * (diagonal[:, None] + 1e-9)
+        if prior is not None:
+            diagonal[:, _COURSE] += 1.0 / prior.variance
+            wanted[:, _COURSE] += (prior.mean - state[:, _COURSE]) / prior.variance
+        damped = normal + 1e-6 * np.eye(diagonal.shape[1]) * (diagonal[:, None] + 1e-9)
         step = np.linalg.solve(damped, wanted[..., None])[..., 0]
-        step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
+        largest = _LARGEST_STEP[: step.shape[1]]
+        step = np.clip(step, -largest, largest)
         state = state + step
         state[:, _BLUR] = np.clip(state[:, _BLUR], *_BLUR_LIMITS)
-        # what the linear model leaves, for the next model is not asked for
-        squares += np.einsum("ni,ni->n", step, (normal @ step[..., None])[..., 0] - 2.0 * right)
+        shading = _shading(edges, state)
         if np.max(np.abs(step[:, _SHIFT])) * edges.pixels.half < _STILL * blur:
             break
-    return _Progress(state, normal, np.maximum(squares, 0.0), count)
+    left = _left(edges, shading)
+    count = np.sum(weight, axis=1, dtype=float)
+    return _Progress(state, normal, np.vecdot(left, left).astype(float), count)

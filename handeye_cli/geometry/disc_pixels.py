@@ -73,7 +73,8 @@ class EdgePixels:
     Attributes:
         grey: (n, m) grey levels.
         weight: (n, m) 1 for a pixel, 0 for padding.
-        offset: (n, 2, m) from the window's middle, in half widths.
+        terms: (n, 10, m) monomials 1, u, v, uu, uv, vv, ... of the offset from the window's
+            middle, in half widths.
         plate: (n, 2, m) on the plate, in radii from the disc's first centre.
         slopes: (n, 4, m) derivatives of the plate's x and y by the pixel's u, then by its v.
         half: Half width of the windows, pixels.
@@ -81,7 +82,7 @@ class EdgePixels:
 
     grey: SingleArray
     weight: SingleArray
-    offset: SingleArray
+    terms: SingleArray
     plate: SingleArray
     slopes: SingleArray
     half: int
@@ -206,7 +207,7 @@ def edge_pixels(
         # padding repeats a pixel of the window that may lie outside of the image
         grey=image.ravel().take(index, mode="clip").astype(np.float32),
         weight=weight,
-        offset=terms[:, 1:3],
+        terms=terms,
         plate=patches.cubic @ terms,
         slopes=patches.slopes @ terms[:, :6],
         half=patches.half,

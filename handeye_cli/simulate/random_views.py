@@ -10,7 +10,7 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.simulate.render import Appearance, rims
-from handeye_cli.simulate.scenery import random_scenery, render_scene
+from handeye_cli.simulate.scenery import Scenery, random_scenery, render_scene
 from handeye_cli.targets.drawing import Drawing, outline_around
 
 _MARGIN = 4.0
@@ -30,6 +30,9 @@ class DiscView:
         ellipses: (n, 2) middles of the discs' images, pixels.
         discs: (n, 2) images of the discs' own centres, pixels.
         width: Median width of the discs' images, pixels.
+        drawing: The plate.
+        scenery: What is around it, and the shadow on it.
+        appearance: Light, ink and lens.
     """
 
     image: GreyImage
@@ -38,6 +41,9 @@ class DiscView:
     ellipses: FloatArray
     discs: FloatArray
     width: float
+    drawing: Drawing
+    scenery: Scenery
+    appearance: Appearance
 
 
 def random_view(
@@ -71,19 +77,13 @@ def random_view(
     pitch = float(np.min(np.linalg.norm(centres[1:] - centres[0], axis=1)))
     plate = Drawing(discs, outline=outline_around(centres[:, :2], rng.uniform(0.75, 1.6) * pitch))
     scenery = random_scenery(rng, camera.width / _NOMINAL)
-    image = render_scene(
-        camera,
-        pose,
-        plate if rng.random() < 0.75 else Drawing(discs),
-        scenery=scenery,
-        rng=rng,
-        appearance=random_appearance(rng),
-    )
+    drawing = plate if rng.random() < 0.75 else Drawing(discs)
+    appearance = random_appearance(rng)
+    image = render_scene(camera, pose, drawing, scenery=scenery, rng=rng, appearance=appearance)
     middles = project(se3.transform_points(pose, centres), camera.parameters, camera.model)
     areas, ellipses = _areas_and_middles(outlines)
-    return DiscView(
-        image, pose, angle, ellipses, middles, float(np.median(np.sqrt(4 / np.pi * areas)))
-    )
+    width = float(np.median(np.sqrt(4 / np.pi * areas)))
+    return DiscView(image, pose, angle, ellipses, middles, width, drawing, scenery, appearance)
 
 
 def random_appearance(rng: np.random.Generator) -> Appearance:

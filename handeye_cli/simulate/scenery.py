@@ -99,7 +99,7 @@ def render_scene(
     clutter = _clutter(grey.shape, pixels, radius, scenery, rng)
     ink = cv2.GaussianBlur(clutter, (0, 0), max(appearance.blur_px, 0.1))
     grey = grey + ink * (np.minimum(grey, appearance.ink) - grey)
-    lit = grey * _shade(camera, scenery, pixels.mean(axis=0))
+    lit = grey * shade(camera, scenery, pixels.mean(axis=0))
     return expose(lit, appearance.noise, rng)
 
 
@@ -177,8 +177,14 @@ def _blob(rng: np.random.Generator) -> FloatArray:
     return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=-1)
 
 
-def _shade(camera: Camera, scenery: Scenery, middle: FloatArray) -> FloatArray:
-    """Return the (height, width) share of the light that a shadow leaves."""
+def shade(camera: Camera, scenery: Scenery, middle: FloatArray) -> FloatArray:
+    """Return the (height, width) share of the light that a shadow leaves.
+
+    Args:
+        camera: The intrinsics, for the size of the image.
+        scenery: The shadow.
+        middle: (2,) middle of the plate, pixels.
+    """
     across = np.cos(scenery.shadow_angle) * (np.arange(camera.width) - middle[0])
     down = np.sin(scenery.shadow_angle) * (np.arange(camera.height) - middle[1])
     side = (across + down[:, None]) / max(scenery.shadow_px, 1e-3)

@@ -16,12 +16,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
 
 _NEAR = (0.72, 1.32)
 """Distance of neighbours over the expected one; sqrt(2) would be the diagonal."""
 _TURN = 0.3
-"""Radians by which the direction to a neighbour may be off the axes of the disc's cross."""
+"""Sine of the angle by which a neighbour may be off the axes of the disc's cross."""
 _ALIKE = 2.2
 """Largest ratio of the areas of neighbours."""
 _ASTRAY = 0.3
@@ -70,26 +70,46 @@ def grow(spots: Spots, reach: float, larger: float) -> Iterator[Cells]:
 
 def _neighbours(spots: Spots, reach: float) -> IntArray:
     """Return the (n, 4) neighbours in the directions of each spot's own cross, -1 for none."""
-    count = min(_AROUND, len(spots) - 1)
-    near = KDTree(spots.centres).query(spots.centres, k=count + 1)[1][:, 1:]
-    apart = spots.centres[near] - spots.centres[:, None]
-    to_circle = np.linalg.inv(spots.shapes)
-    seen = np.einsum("nab,nkb->nka", to_circle, apart)
-    back = np.einsum("nkab,nkb->nka", to_circle[near], apart)
-    there, here = (np.linalg.norm(each, axis=-1) / reach for each in (seen, back))
-    area = spots.widths**2
-    ratio = area[near] / area[:, None]
-    linked = (np.minimum(there, here) > _NEAR[0]) & (np.maximum(there, here) < _NEAR[1])
-    linked &= (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE)
-    angle = np.arctan2(seen[..., 1], seen[..., 0])
-    cross = np.angle(np.sum(linked * np.exp(4j * angle), axis=1)) / 4.0
-    quarters = (angle - cross[:, None]) / (np.pi / 2)
-    off = np.abs(quarters - np.rint(quarters)) * (np.pi / 2)
-    cost = np.where(linked & (off < _TURN), np.abs(there - 1.0) + off, np.inf)
-    direction = np.rint(quarters).astype(np.int64) % 4
-    in_turn = np.where(direction[..., None] == np.arange(4), cost[..., None], np.inf)
-    best = np.take_along_axis(near, in_turn.argmin(axis=1), axis=1)
-    return np.where(np.isfinite(in_turn.min(axis=1)), best, -1)
+    here, there, apart = _pairs(spots.centres)
+    seen = mapped_back(spots.shapes[here], apart)
+    distance = np.hypot(seen[:, 0], seen[:, 1]) / reach
+    near = np.flatnonzero((distance > _NEAR[0]) & (distance < _NEAR[1]))
+    near = near[_answers(spots, here[near], there[near], apart[near], reach)]
+    here, there, distance = here[near], there[near], distance[near]
+    towards = (seen[near, 0] + 1j * seen[near, 1]) / (reach * distance)
+    # the fourth power is the same for all four directions of a cross
+    fourth = (towards * towards) ** 2
+    sums = (np.bincount(here, part, len(spots)) for part in (fourth.imag, fourth.real))
+    towards *= np.exp(-0.25j * np.arctan2(*sums))[here]
+    along, across = np.abs(towards.real), np.abs(towards.imag)
+    level, off = along > across, np.minimum(along, across)
+    opposite = np.where(level, towards.real, towards.imag) < 0.0
+    direction = np.where(level, 0, 1) + np.where(opposite, 2, 0)
+    # of several in one direction, the last one stays
+    order = np.argsort(-np.abs(distance - 1.0) - off, kind="stable")
+    order = order[off[order] < _TURN]
+    found = np.full((len(spots), 4), -1)
+    found[here[order], direction[order]] = there[order]
+    return found
+
+
+def _pairs(centres: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return (m,) spots, (m,) others around each, and the (m, 2) ways to them, pixels."""
+    count = min(_AROUND, len(centres) - 1)
+    there = KDTree(centres).query(centres, k=count + 1)[1][:, 1:].ravel()
+    here = np.repeat(np.arange(len(centres)), count)
+    return here, there, centres[there] - centres[here]
+
+
+def _answers(
+    spots: Spots, here: IntArray, there: IntArray, apart: FloatArray, reach: float
+) -> BoolArray:
+    """Say which (m,) others are of like size and see the spots as neighbours, too."""
+    shapes = spots.shapes[there]
+    back = np.hypot(*mapped_back(shapes, apart).T) / reach
+    ratio = np.abs(determinants(shapes) / determinants(spots.shapes)[here])
+    near = (back > _NEAR[0]) & (back < _NEAR[1])
+    return np.asarray(near & (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE))
 
 
 def _parts(neighbours: IntArray) -> list[dict[int, tuple[int, int]]]:
@@ -135,30 +155,38 @@ def _settled(
     members = np.array(list(part), dtype=np.int64)
     places = np.array(list(part.values()), dtype=np.int64)
     back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
+    members, places = members[fitting], places[fitting]
     for _ in range(_ROUNDS):
-        if back is None or np.sum(fitting) < 4:
+        if back is None or _in_line(places):
             return None
-        kept = fitting
-        found = _fitting(spots, back, (members[kept], places[kept]), reach, larger)
-        if len(found[0]) < 4 or np.linalg.matrix_rank(found[1] - found[1][0]) < 2:
-            return None
+        found = _fitting(spots, back, (members, places), reach, larger)
         same = np.array_equal(np.sort(found[0]), np.sort(members))
         members, places = found
-        back, fitting = _plane(spots.centres[members], places)
         if same:
             break
+        back, _ = _plane(spots.centres[members], places)
     if back is None or abs(np.linalg.det(back)) < 1e-12:
         return None
     return Cells(members, places, np.asarray(np.linalg.inv(back), dtype=np.float64))
+
+
+def _in_line(places: IntArray) -> bool:
+    """Say whether (n, 2) places all lie on one straight line."""
+    x, y = (places - places[0]).T
+    return bool((x @ x) * (y @ y) == (x @ y) ** 2)
 
 
 def _plane(
     pixels: FloatArray, places: IntArray, method: int = 0
 ) -> tuple[FloatArray | None, BoolArray]:
     """Return the (3, 3) homography from pixels to places, if any, and which points it fits."""
+    none = np.zeros(len(places), dtype=np.bool_)
+    if len(places) < 4:
+        return None, none
     found, fitting = cv2.findHomography(pixels, places.astype(np.float64), method, _ASTRAY)
-    homography = np.asarray(found, dtype=np.float64) if np.shape(found) == (3, 3) else None
-    return homography, np.ravel(fitting) > 0
+    if np.shape(found) != (3, 3):
+        return None, none
+    return np.asarray(found, dtype=np.float64), np.ravel(fitting) > 0
 
 
 def _fitting(
@@ -174,17 +202,19 @@ def _fitting(
         larger: Radius of the largest disc in radii of the others.
     """
     seen = spots.centres @ back[:, :2].T + back[:, 2]
-    depth = seen[:, 2] * np.sign(np.median(seen[known[0], 2]))
+    depth = seen[:, 2] * np.sign(np.sum(seen[known[0], 2]))
     front = depth > 1e-9
     position = seen[:, :2] / np.where(front, seen[:, 2], 1.0)[:, None]
     place = np.rint(np.clip(position, -1e6, 1e6)).astype(np.int64)
-    off = np.linalg.norm(position - place, axis=1)
+    off = np.hypot(*(position - place).T)
     scale = np.abs(np.linalg.det(back)) / np.where(front, depth, 1.0) ** 3
     size = reach * np.sqrt(determinants(spots.shapes) * scale)
     fits = front & (off < _ASTRAY) & (size > _SIZES[0]) & (size < _SIZES[1] * larger)
     chosen = np.flatnonzero(fits & _beside(place, known[1]))
     chosen = chosen[np.argsort(off[chosen], kind="stable")]
-    _, first = np.unique(place[chosen], axis=0, return_index=True)
+    # one spot for each place, the nearest
+    span = np.ptp(known[1][:, 1]) + 3
+    _, first = np.unique(place[chosen] @ [span, 1], return_index=True)
     return chosen[first], place[chosen[first]]
 
 

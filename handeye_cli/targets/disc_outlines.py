@@ -11,28 +11,44 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from handeye_cli.records import FloatArray, GreyImage
-from handeye_cli.targets.disc_spots import BoolArray, determinants
+from handeye_cli.targets.disc_spots import BoolArray, determinants, mapped_back
 
-_RAYS = 24
+_RAYS = 16
 _SAMPLES = 10
 _INK = 0.5
 """Where the ink is sampled, in radii."""
 _PAPER = (1.15, 1.5)
 """Where the paper is sampled, in radii: half way to the next disc, but within these limits."""
-_BAND = (0.1, 2.5)
-"""Half of the band around an edge that is measured last, at least: radii and pixels."""
+_NARROWEST = 0.1
+"""Half of the band around an expected edge, at least, in radii."""
 _FAINTEST = 8.0
 """Grey levels between ink and paper along a ray that count as an edge."""
 _EDGED = 0.8
-"""Share of the rays that need an edge."""
+"""Share of the rays that need an edge for the outline to be trusted."""
+_PARTLY = 0.5
+"""Share that shows a disc all the same: across the rest the edge of a shadow may run."""
+_EVEN = 0.4
+"""Least contrast along a ray over the largest of the same disc, unless a shadow ends on it."""
 _RAGGED = 0.15
 """Largest RMS distance of the edge to an ellipse, in radii."""
 _MOVED = 0.6
 """Largest correction of a middle, in radii."""
+_GROWN = 1.6
+"""Largest correction of a size, as a factor."""
 _MARGIN = 1.0
 """Pixels between a whole disc and the middles of the image's outermost pixels."""
+
+_STEPS = np.linspace(0.0, 1.0, _SAMPLES)
+_ANGLES = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+_HARMONICS = np.stack([np.ones(_RAYS), *_CIRCLE, np.cos(2 * _ANGLES), np.sin(2 * _ANGLES)])
+"""(5, rays) waves round a circle: of its size, its middle and its stretch."""
+_WEIGHTS = (_HARMONICS / np.sum(_HARMONICS**2, axis=1, keepdims=True)).T
+
+SingleArray = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -43,16 +59,30 @@ class Outlines:
         centres: (n, 2) middles, pixels.
         shapes: (n, 2, 2) matrices that map the unit circle to an ellipse around its middle.
         seen: (n,) whether there is a dark disc, or the part of one that is in the image.
+        sure: (n,) whether its outline was measured; otherwise it stays as it was expected.
+        ragged: (n,) RMS distance of the edge to the ellipse, in radii.
+        even: (n,) whether ink and paper are about as far apart all around.
         whole: (n,) whether all of the disc is in the image.
     """
 
     centres: FloatArray
     shapes: FloatArray
     seen: BoolArray
+    sure: BoolArray
+    ragged: FloatArray
+    even: BoolArray
     whole: BoolArray
 
 
-def measure(image: GreyImage, centres: FloatArray, shapes: FloatArray, reach: float) -> Outlines:
+def measure(
+    image: GreyImage,
+    centres: FloatArray,
+    shapes: FloatArray,
+    reach: float,
+    *,
+    known: BoolArray,
+    doubt: float,
+) -> Outlines:
     """Measure dark discs in an image.
 
     Args:
@@ -60,27 +90,36 @@ def measure(image: GreyImage, centres: FloatArray, shapes: FloatArray, reach: fl
         centres: (n, 2) middles, pixels, good to a quarter of a radius.
         shapes: (n, 2, 2) maps from the unit circle to the ellipses.
         reach: Distance of neighbours in radii: half way to them the paper is sampled.
+        known: (n,) discs whose edges are known up to a doubt.
+        doubt: Pixels.
     """
     paper = float(np.clip(0.5 * reach, *_PAPER))
     within = inside(centres, shapes, image.shape)
-    start = Outlines(centres, shapes, np.ones_like(within), within)
-    rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
+    start = rough = Outlines(
+        centres, shapes, within, within, np.zeros(len(centres)), within, within
+    )
+    if not np.all(known):
+        rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
     radius = np.sqrt(np.abs(determinants(rough.shapes)))
-    band = np.clip(_BAND[1] / radius, _BAND[0], 1.0 - _INK)
+    band = np.clip(doubt / radius, _NARROWEST, 1.0 - _INK)
     fine = _corrected(image, rough, band, paper)
-    moved = np.linalg.solve(shapes, (fine.centres - centres)[..., None])[..., 0]
-    size = np.sqrt(np.abs(determinants(fine.shapes) / determinants(shapes)))
-    near = (np.linalg.norm(moved, axis=1) < _MOVED) & (np.abs(np.log(size)) < np.log(1.6))
-    whole = start.whole & inside(fine.centres, fine.shapes, image.shape)
-    seen = fine.seen & near
+    moved = np.hypot(*mapped_back(shapes, fine.centres - centres).T)
+    growth = np.sqrt(np.abs(determinants(fine.shapes) / determinants(shapes)))
+    near = (moved < _MOVED) & (growth < _GROWN) & (growth > 1.0 / _GROWN)
+    sure = fine.sure & near
+    whole = np.where(sure, within & inside(fine.centres, fine.shapes, image.shape), within)
+    sure &= whole
+    seen = fine.seen
     if not np.all(whole):
         seen = np.where(whole, seen, _part_seen(image, start, paper))
-    # what is cut by the image's edge stays where it was expected
     return Outlines(
-        np.where(whole[:, None], fine.centres, centres),
-        np.where(whole[:, None, None], fine.shapes, shapes),
+        np.where(sure[:, None], fine.centres, centres),
+        np.where(sure[:, None, None], fine.shapes, shapes),
         np.asarray(seen),
-        whole,
+        sure,
+        fine.ragged,
+        fine.even,
+        np.asarray(whole),
     )
 
 
@@ -98,64 +137,70 @@ def inside(centres: FloatArray, shapes: FloatArray, size: tuple[int, ...]) -> Bo
     return np.asarray(np.all(within, axis=1))
 
 
-def _circle() -> FloatArray:
-    angles = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
-    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-
-
-def _sampled(image: GreyImage, outlines: Outlines, radii: FloatArray) -> tuple[FloatArray, ...]:
-    """Return (n, rays, m) grey levels at (n, m) radii of each disc, and the points' pixels."""
-    ends = np.einsum("nab,kb->nka", outlines.shapes, _circle())
-    points = outlines.centres[:, None, None] + radii[:, None, :, None] * ends[:, :, None]
-    flat = points.reshape(len(points), -1, 2).astype(np.float32)
-    levels = cv2.remap(
-        image, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+def _points(outlines: Outlines, radii: FloatArray) -> SingleArray:
+    """Return x and y, (2, m, n, rays) pixels, at (m, n) radii along the rays of each disc."""
+    ends = (outlines.shapes @ _CIRCLE).transpose(1, 0, 2).astype(np.float32)
+    middles = outlines.centres.T.astype(np.float32)
+    return np.asarray(
+        ends[:, None] * radii.astype(np.float32)[..., None] + middles[:, None, :, None]
     )
-    return levels.reshape(points.shape[:3]).astype(np.float64), points
+
+
+def _sampled(image: GreyImage, points: SingleArray) -> SingleArray:
+    """Return the (m, n, rays) grey levels at (2, m, n, rays) points, beyond the edge as there."""
+    x, y = points.reshape(2, points.shape[1], -1)
+    levels = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(levels.reshape(points.shape[1:]), dtype=np.float32)
 
 
 def _corrected(image: GreyImage, outlines: Outlines, band: FloatArray, paper: float) -> Outlines:
     """Return the ellipses through the edges found within a band, in radii, around the present."""
     first, last = 1.0 - band, np.minimum(1.0 + band, paper)
-    radii = first[:, None] + (last - first)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)
-    ends = np.ones((len(radii), 1))
-    radii = np.hstack([_INK * ends, radii, paper * ends])
-    levels, _ = _sampled(image, outlines, radii)
-    ink, light = levels[..., :1], levels[..., -1:]
-    contrast = light - ink
-    darkness = np.clip((light - levels[..., 1:-1]) / np.maximum(contrast, 1.0), 0.0, 1.0)
+    radii = np.empty((_SAMPLES + 2, len(band)))
+    radii[0], radii[-1] = _INK, paper
+    radii[1:-1] = first + (last - first) * _STEPS[:, None]
+    levels = _sampled(image, _points(outlines, radii))
+    light = levels[-1]
+    contrast = light - levels[0]
+    darkness = np.clip((light - levels[1:-1]) / np.maximum(contrast, 1.0), 0.0, 1.0)
     # of an edge from 1 to 0, the mean says where it is; the outer samples stand for half a step
-    share = (darkness.sum(-1) - 0.5 * (darkness[..., 0] + darkness[..., -1])) / (_SAMPLES - 1)
+    share = (darkness.sum(axis=0) - 0.5 * (darkness[0] + darkness[-1])) / (_SAMPLES - 1)
     edge = first[:, None] + (last - first)[:, None] * share
-    edged = np.mean(contrast[..., 0] > _FAINTEST, axis=1) >= _EDGED
-    return _fitted(outlines, edge, np.asarray(edged))
+    even = np.min(contrast, axis=1) > _EVEN * np.max(contrast, axis=1)
+    fitted = _fitted(outlines, edge, np.mean(contrast > _FAINTEST, axis=1))
+    return replace(fitted, even=np.asarray(even))
 
 
-def _fitted(outlines: Outlines, edge: FloatArray, edged: BoolArray) -> Outlines:
-    """Return the ellipses through (n, rays) edges, which are distances in radii."""
-    x, y = _circle().T
-    harmonics = np.stack([np.ones(_RAYS), x, y, x * x - y * y, 2 * x * y])
-    weights = harmonics / np.sum(harmonics**2, axis=1, keepdims=True)
-    terms = edge @ weights.T
-    ragged = np.sqrt(np.mean((edge - terms @ harmonics) ** 2, axis=1))
-    size, along, across = terms[:, 0], terms[:, 3], terms[:, 4]
-    stretch = np.stack([size + along, across, across, size - along], axis=-1).reshape(-1, 2, 2)
-    centres = outlines.centres + np.einsum("nab,nb->na", outlines.shapes, terms[:, 1:3])
+def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines:
+    """Return the ellipses through (n, rays) edges, which are distances in radii.
+
+    `edged` is the (n,) share of the rays that have an edge.
+    """
+    terms = edge @ _WEIGHTS
+    ragged = np.sqrt(np.mean((edge - terms @ _HARMONICS) ** 2, axis=1))
+    size, across = terms[:, 0], terms[:, 4]
+    stretch = np.empty((len(terms), 2, 2))
+    stretch[:, 0, 1] = stretch[:, 1, 0] = across
+    stretch[:, 0, 0], stretch[:, 1, 1] = size + terms[:, 3], size - terms[:, 3]
+    shift = outlines.shapes @ terms[:, 1:3, None]
     return replace(
         outlines,
-        centres=centres,
+        centres=outlines.centres + shift[..., 0],
         shapes=outlines.shapes @ stretch,
-        seen=edged & (ragged < _RAGGED),
+        seen=np.asarray(edged >= _PARTLY),
+        sure=np.asarray((edged >= _EDGED) & (ragged < _RAGGED)),
+        ragged=np.asarray(ragged),
     )
 
 
 def _part_seen(image: GreyImage, outlines: Outlines, paper: float) -> BoolArray:
     """Say which discs show ink within and paper around, as far as they are in the image."""
-    radii = np.broadcast_to([0.25, 0.5, 0.75, paper], (len(outlines.centres), 4))
-    levels, points = _sampled(image, outlines, radii)
-    last = np.array(image.shape[::-1]) - 1
-    visible = np.all((points >= 0.0) & (points <= last), axis=-1)
-    counts = np.stack([visible[..., :3].sum((1, 2)), visible[..., 3].sum(1)])
-    ink = np.sum(levels[..., :3] * visible[..., :3], axis=(1, 2)) / np.maximum(counts[0], 1)
-    light = np.sum(levels[..., 3] * visible[..., 3], axis=1) / np.maximum(counts[1], 1)
+    radii = np.array([0.25, 0.5, 0.75, paper])[:, None] * np.ones(len(outlines.centres))
+    points = _points(outlines, radii)
+    last = np.array(image.shape[::-1]).reshape(2, 1, 1, 1) - 1
+    visible = np.all((points >= 0.0) & (points <= last), axis=0)
+    levels = _sampled(image, points) * visible
+    counts = np.stack([visible[:3].sum((0, 2)), visible[3].sum(1)])
+    ink = np.sum(levels[:3], axis=(0, 2)) / np.maximum(counts[0], 1)
+    light = np.sum(levels[3], axis=1) / np.maximum(counts[1], 1)
     return np.asarray((counts.min(axis=0) >= 3) & (light - ink > 2 * _FAINTEST))

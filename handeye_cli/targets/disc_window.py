@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from handeye_cli.records import IntArray
+
+SingleArray = NDArray[np.float32]
 
 _QUARTER = np.array([[0, -1], [1, 0]])
 
@@ -24,11 +27,10 @@ def windows(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int]:
     best: list[IntArray] = []
     most = 0
     for turned in _turns(layout):
-        corners, covered = _slid(turned, places)
+        covered, first = _slid(turned, places)
         if covered.max() > most:
             best, most = [], int(covered.max())
-        if covered.max() == most:
-            best += [turned + corner for corner in corners[covered == most]]
+        best += [turned + first + corner for corner in np.argwhere(covered == most)]
     return best, most
 
 
@@ -37,7 +39,7 @@ def _turns(layout: IntArray) -> list[IntArray]:
     turned, found, known = layout, [], set()
     for _ in range(4):
         turned = turned - turned.min(axis=0)
-        key = frozenset(map(tuple, turned.tolist()))
+        key = np.sort(turned @ [turned.max() + 1, 1]).tobytes()
         if key not in known:
             known.add(key)
             found.append(turned)
@@ -45,14 +47,13 @@ def _turns(layout: IntArray) -> list[IntArray]:
     return found
 
 
-def _slid(layout: IntArray, places: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the (k, 2) corners a layout can be laid at, and how many places it covers at each."""
+def _slid(layout: IntArray, places: IntArray) -> tuple[SingleArray, IntArray]:
+    """Return how many places a layout covers, by where its corner is laid, and the first corner."""
     size = layout.max(axis=0) + 1
     mask = np.zeros(size, dtype=np.float32)
     mask[tuple(layout.T)] = 1.0
     first = places.min(axis=0)
     around = np.zeros(places.max(axis=0) - first + 2 * size - 1, dtype=np.float32)
     around[tuple((places - first + size - 1).T)] = 1.0
-    covered = np.einsum("abij,ij->ab", sliding_window_view(around, tuple(size)), mask)
-    corners = np.indices(covered.shape).reshape(2, -1).T + first - size + 1
-    return corners.astype(np.int64), np.rint(covered).astype(np.int64).ravel()
+    covered = np.rint(cv2.matchTemplate(around, mask, cv2.TM_CCORR))
+    return covered, first - size + 1

@@ -6,9 +6,9 @@ own centre lies up to 0.1 px or so beside it; only the camera and the pose tell 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
+from functools import cached_property
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,14 +17,15 @@ from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import disc_outlines, disc_reasons
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.disc_lattice import Cells, grow
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, find_spots
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, find_spots, mapped_back
 from handeye_cli.targets.disc_window import windows
 
 _SIDE = 800
 """Pixels of the longer side of the image the discs are sought in first, at most."""
-_SMALL = (23, 0.4)
-_LADDER = ((45, 0.2), _SMALL, (161, 0.0))
-"""Ways to tell dark from light: window, pixels, and depth. Larger images only serve small discs."""
+_MEDIUM, _SMALL, _LARGE = (45, 0.2), (23, 0.4), (161, 0.0)
+"""Ways to tell dark from light: window, pixels, and depth."""
+_DOUBT = 1.25
+"""Pixels by which the edge of a spot may be off, of the image and of that it was found in each."""
 _ABSENT = 0.4
 """Share of the discs that may be missing among the spots; they are sought at their places."""
 _MOST_WINDOWS = 4
@@ -32,6 +33,12 @@ _MISFIT = 0.35
 """A grid is refused when a disc is off by more pitches; lens distortion bends it less."""
 _ODD = 0.17
 """Pitches by which a disc may be off its place more than its neighbours are."""
+_MOVED = 0.06
+"""The same beyond which a disc on the edge of a shadow is taken to be where its neighbours say."""
+_SURE = 0.7
+"""Share of the discs whose outlines must be sure."""
+_ANGULAR = 0.048
+"""Median RMS distance of the edges to ellipses, in radii, beyond which they are squares: 0.057."""
 _ODD_SPOT = 0.2
 """The same for a spot, which is not measured yet."""
 _WIDE = 1.3
@@ -55,6 +62,26 @@ class Pattern:
     reach: float
     larger: float
     name: str
+
+    @cached_property
+    def closeness(self) -> FloatArray:
+        """(n, n) one over the fourth power of the distances of places, 0 of a place to itself."""
+        x, y = self.places.T.astype(np.float64)
+        square = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
+        np.fill_diagonal(square, np.inf)
+        return np.asarray(1.0 / square**2)
+
+
+class _Step(NamedTuple):
+    """A way to seek discs: in an image reduced by a factor, dark or light ones.
+
+    Window and depth are those of `find_spots`.
+    """
+
+    factor: int
+    window: int
+    depth: float
+    light: bool
 
 
 @dataclass(frozen=True)
@@ -80,6 +107,32 @@ class Discs:
         return Detection(ids, self.pixels[order[ids]])
 
 
+class _Expected(NamedTuple):
+    """Where the discs of a grid should be.
+
+    Attributes:
+        centres: (n, 2) pixels, those of spots where there are some.
+        shapes: (n, 2, 2) maps from the unit circle to the discs.
+        known: (n,) whether there is a spot.
+        seats: (n, 2) places in the plane of the spots, lens distortion aside, pixels.
+        jacobian: (n, 2, 2) derivatives of the seats by the places.
+    """
+
+    centres: FloatArray
+    shapes: FloatArray
+    known: BoolArray
+    seats: FloatArray
+    jacobian: FloatArray
+
+
+class _Search(NamedTuple):
+    """What is sought in which image, and in what way."""
+
+    grey: GreyImage
+    pattern: Pattern
+    step: _Step
+
+
 def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
     """Return a grid of discs, dark or light, or the reason why there is none.
 
@@ -88,69 +141,86 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
         pattern: What is sought.
     """
     attempts = disc_reasons.Attempts(len(pattern.lattice), pattern.name)
-    for image, factor, ladder in _reduced(grey):
-        for (window, depth), light in product(ladder, (False, True)):
-            spots = find_spots(255 - image if light else image, window, depth).scaled(factor)
-            attempts.saw(spots.widths)
-            for part in grow(spots, pattern.reach, pattern.larger):
-                found = _arranged(255 - grey if light else grey, pattern, spots, part, attempts)
-                if found is not None:
-                    return found
+    for step in _ladder(grey.shape):
+        image = reduced(grey, step.factor)
+        spots = find_spots(255 - image if step.light else image, step.window, step.depth)
+        spots = spots.scaled(step.factor)
+        attempts.saw(spots.widths)
+        for part in grow(spots, pattern.reach, pattern.larger):
+            found = _arranged(_Search(grey, pattern, step), spots, part, attempts)
+            if found is not None:
+                return found
     return attempts.reason(grey)
 
 
-def _reduced(grey: GreyImage) -> Iterator[tuple[GreyImage, int, tuple[tuple[int, float], ...]]]:
-    """Yield ever larger versions of an image up to itself, each with its factor and ladder."""
-    factor = -(-max(grey.shape) // _SIDE)
-    for each in sorted({factor, -(-factor // 2), 1}, reverse=True):
-        rows, columns = (size // each for size in grey.shape)
-        if min(rows, columns) > 0:
-            part = grey[: rows * each, : columns * each]
-            small = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
-            yield np.asarray(small, dtype=np.uint8), each, _LADDER if each == factor else (_SMALL,)
+def _ladder(size: tuple[int, ...]) -> list[_Step]:
+    """Return the ways to seek discs in an image of some size, the likely and quick ones first.
+
+    An image at its full size is looked at last, and serves small discs only.
+    """
+    coarse = max(1, min(-(-max(size) // _SIDE), *size))
+    fine = -(-coarse // 2)
+    likely = [(coarse, *_MEDIUM), (fine, *_SMALL)]
+    rest = [(coarse, *_LARGE), (coarse, *_SMALL), (1, *_SMALL)]
+    steps = [
+        _Step(*way, light) for ways in (likely, rest) for light in (False, True) for way in ways
+    ]
+    return list(dict.fromkeys(steps))
+
+
+def reduced(grey: GreyImage, factor: int) -> GreyImage:
+    """Return an image whose pixels are the means of factor x factor pixels."""
+    rows, columns = (size // factor for size in grey.shape)
+    image = grey[: rows * factor, : columns * factor]
+    # halving has a fast path of its own
+    while factor % 2 == 0:
+        factor //= 2
+        size = (columns * factor, rows * factor)
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    if factor > 1:
+        small = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA)
+        return np.asarray(small, dtype=np.uint8)
+    return image
 
 
 def _arranged(
-    image: GreyImage,
-    pattern: Pattern,
-    spots: Spots,
-    part: Cells,
-    attempts: disc_reasons.Attempts,
+    search: _Search, spots: Spots, part: Cells, attempts: disc_reasons.Attempts
 ) -> Discs | None:
-    """Return the dark discs of a part of a lattice, measured, if they are the declared ones."""
+    """Return the discs of a part of a lattice, measured, if they are the declared ones."""
+    pattern = search.pattern
     candidates, covered = windows(pattern.places, part.places)
-    boxes = [_boxes(places, part.homography, pattern.reach) for places in candidates]
-    attempts.fitted(covered, boxes, image.shape)
-    if covered == len(pattern.places) and len(candidates) > 1:
-        return None
     found = []
-    for places in candidates[:_MOST_WINDOWS]:
-        centres, shapes, known = _expected(places, pattern, spots, part)
-        if not _complete(centres, shapes, known, image.shape):
-            continue
-        discs = _measured(image, pattern, centres, shapes)
-        if discs is not None:
-            found.append(discs)
-    return found[0] if len(found) == 1 else None
+    if covered < len(pattern.places) or len(candidates) == 1:
+        for places in candidates[:_MOST_WINDOWS]:
+            discs = _measured(search, _expected(places, pattern, spots, part))
+            if discs is not None:
+                found.append(discs)
+    if len(found) == 1:
+        return found[0]
+    boxes = [_boxes(places, part.homography, pattern.reach) for places in candidates]
+    attempts.fitted(covered, boxes, search.grey.shape)
+    return None
 
 
-def _expected(
-    places: IntArray, pattern: Pattern, spots: Spots, part: Cells
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return centres and shapes of the discs at (n, 2) places, and which are spots already."""
+def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> _Expected:
+    """Return the discs at (n, 2) places, going by the spots at them and the plane of all spots."""
     spot_at = dict(zip(map(tuple, part.places.tolist()), part.members.tolist(), strict=True))
     members = np.array([spot_at.get((x, y), -1) for x, y in places.tolist()])
     known = members >= 0
-    centres, jacobian = _projected(part.homography, places)
-    off = np.where(known[:, None], spots.centres[members] - centres, 0.0)
-    likely = _smooth(places, off, known)
-    known &= _pitches(jacobian, off - likely) < _ODD_SPOT
-    likely = _smooth(places, off, known)
+    seats, jacobian = _projected(part.homography, places)
+    off = np.where(known[:, None], spots.centres[members] - seats, 0.0)
+    likely = _smooth(pattern.closeness, off, known)
+    odd = _pitches(jacobian, off - likely) > _ODD_SPOT
+    if np.any(odd & known):
+        known &= ~odd
+        likely = _smooth(pattern.closeness, off, known)
     shapes = jacobian / pattern.reach
-    wide = known & (determinants(spots.shapes[members]) > _WIDE * np.abs(determinants(shapes)))
     if pattern.larger > 1.0:
+        sizes = np.abs(determinants(spots.shapes[members]) / determinants(shapes))
+        wide = known & (sizes > _WIDE)
         shapes[wide] = spots.shapes[members[wide]]
-    return centres + np.where(known[:, None], off, likely), shapes, known
+    centres = seats + np.where(known[:, None], off, likely)
+    return _Expected(centres, shapes, known, seats, jacobian)
 
 
 def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray:
@@ -160,20 +230,18 @@ def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray
     return np.stack([centres - extent, centres + extent], axis=1)
 
 
-def _smooth(places: IntArray, off: FloatArray, known: BoolArray) -> FloatArray:
+def _smooth(closeness: FloatArray, off: FloatArray, known: BoolArray) -> FloatArray:
     """Return what (n, 2) offsets should be, going by the other known ones around.
 
     The lens bends a grid smoothly: a disc is off its place as its neighbours are.
     """
-    apart = np.sum((places[:, None] - places) ** 2, axis=-1).astype(np.float64)
-    np.fill_diagonal(apart, np.inf)
-    weights = known / apart**2
+    weights = known * closeness
     return np.asarray(weights @ off / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12))
 
 
 def _pitches(jacobian: FloatArray, off: FloatArray) -> FloatArray:
     """Return the (n,) lengths of offsets in pixels as pitches of the lattice there."""
-    return np.asarray(np.linalg.norm(np.linalg.solve(jacobian, off[..., None]), axis=(1, 2)))
+    return np.asarray(np.hypot(*mapped_back(jacobian, off).T))
 
 
 def _projected(homography: FloatArray, places: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -184,30 +252,40 @@ def _projected(homography: FloatArray, places: IntArray) -> tuple[FloatArray, Fl
     return pixels, slope / seen[:, 2, None, None]
 
 
-def _complete(
-    centres: FloatArray, shapes: FloatArray, known: BoolArray, size: tuple[int, ...]
-) -> bool:
+def _complete(expected: _Expected, size: tuple[int, ...]) -> bool:
     """Say whether so many discs are spots that the others may be sought at their places."""
-    absent = disc_outlines.inside(centres, shapes, size) & ~known
+    known = expected.known
+    if np.all(known):
+        return True
+    absent = disc_outlines.inside(expected.centres, expected.shapes, size) & ~known
     return bool(absent.sum() <= max(1, _ABSENT * len(known)) and np.sum(known) >= 4)
 
 
-def _measured(
-    image: GreyImage, pattern: Pattern, centres: FloatArray, shapes: FloatArray
-) -> Discs | None:
-    """Return the discs near (n, 2) centres, or None when they are not a plane grid of discs."""
-    outlines = disc_outlines.measure(image, centres, shapes, pattern.reach)
-    whole = outlines.whole
-    if not np.all(outlines.seen) or np.sum(whole) < 4:
+def _measured(search: _Search, expected: _Expected) -> Discs | None:
+    """Return the discs near where they are expected, or None when they are no grid in a plane."""
+    grey, pattern, step = search
+    if not _complete(expected, grey.shape):
         return None
-    places = pattern.places.astype(np.float64)
-    homography, _ = cv2.findHomography(places[whole], outlines.centres[whole])
-    if np.shape(homography) != (3, 3):
+    outlines = disc_outlines.measure(
+        255 - grey if step.light else grey,
+        expected.centres,
+        expected.shapes,
+        pattern.reach,
+        known=expected.known,
+        doubt=_DOUBT * (step.factor + 1),
+    )
+    whole, sure = outlines.whole, outlines.sure
+    if not np.all(outlines.seen) or np.sum(sure) < max(4, _SURE * np.sum(whole)):
         return None
-    expected, jacobian = _projected(np.asarray(homography, dtype=np.float64), pattern.places)
-    off = outlines.centres - expected
-    odd = _pitches(jacobian, off - _smooth(pattern.places, off, whole))
-    if np.any(odd[whole] > _ODD) or np.any(_pitches(jacobian, off)[whole] > _MISFIT):
+    if np.median(outlines.ragged[sure]) > _ANGULAR:
         return None
-    areas = np.abs(determinants(outlines.shapes) / determinants(jacobian))
-    return Discs(outlines.centres, 2.0 * np.sqrt(areas), whole)
+    off = outlines.centres - expected.seats
+    odd = _pitches(expected.jacobian, off - _smooth(pattern.closeness, off, sure))
+    if np.any(odd[sure] > _ODD) or np.any(_pitches(expected.jacobian, off)[sure] > _MISFIT):
+        return None
+    # the edge of a shadow moves the outline of a disc: its neighbours tell better where it is
+    moved = ~sure | (~outlines.even & (odd > _MOVED))
+    likely = expected.seats + _smooth(pattern.closeness, off, ~moved)
+    centres = np.where(moved[:, None], likely, outlines.centres)
+    areas = np.abs(determinants(outlines.shapes) / determinants(expected.jacobian))
+    return Discs(centres, 2.0 * np.sqrt(areas), whole)

@@ -74,7 +74,7 @@ def test_distances_are_those_to_the_outline(tilt_deg):
     rng = np.random.default_rng(1)
     for k, disc in enumerate(DISCS):
         for m in rng.choice(np.flatnonzero(sharp.weight[k]), 12, replace=False):
-            at = patches.middle[k] + patches.half * pixels.offset[k, :, m]
+            at = patches.middle[k] + patches.half * pixels.terms[k, 1:3, m]
             expected = nearest_on_outline(at, disc, to_pixel)
             assert abs(sharp.distance[k, m]) == pytest.approx(expected, abs=0.01)
     # half of the variance times the curvature, that of a circle where nothing is tilted

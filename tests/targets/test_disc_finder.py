@@ -3,15 +3,16 @@
 import cv2
 import numpy as np
 import pytest
-from targets.rendering import discs, pose_view, project, render
+from targets.rendering import chessboard, discs, pose_view, project, render
 
 from handeye_cli import targets
 from handeye_cli.records import Camera
 from handeye_cli.simulate.random_views import random_view
 from handeye_cli.targets import disc_outlines
 from handeye_cli.targets.disc_lattice import grow
-from handeye_cli.targets.disc_spots import Spots, find_spots
+from handeye_cli.targets.disc_spots import Spots, find_spots, mapped_back, moments
 from handeye_cli.targets.disc_window import windows
+from handeye_cli.targets.discs import reduced
 
 VGA = Camera(640, 480, 550.0, 550.0, 316.7, 242.1, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
 
@@ -52,6 +53,67 @@ def test_light_discs_on_dark_paper_are_found(seed):
     assert nearest_turn(board, board.detect(255 - view.image), view.ellipses) < 0.5
 
 
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(
+    "text", ["disc-grid:10x10:25.4mm:12.7mm:25.4mm", "asymmetric-circles:4x11:20mm:10mm"]
+)
+def test_plates_that_fill_a_distorted_image_are_found(text, seed):
+    board, points, radii = board_of(text)
+    rng = np.random.default_rng([8, seed])
+    view = random_view(VGA, points, radii, rng, width_px=(14.0, 22.0))
+    assert nearest_turn(board, board.detect(view.image), view.ellipses) < 0.5
+
+
+def shaded(image, point, angle, share):
+    """A shadow with a sharp edge through a point."""
+    y, x = np.indices(image.shape)
+    depth = (x - point[0]) * np.cos(angle) + (y - point[1]) * np.sin(angle)
+    return np.rint(image * (1.0 - share * np.clip(depth + 0.5, 0.0, 1.0))).astype(np.uint8)
+
+
+@pytest.mark.parametrize("share", [0.4, 0.7])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_edge_of_a_shadow_across_the_plate_loses_no_disc(seed, share):
+    board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
+    rng = np.random.default_rng([9, seed])
+    view = random_view(VGA, points, radii, rng, width_px=(16.0, 40.0))
+    through = view.ellipses[14] + rng.uniform(-5.0, 5.0, 2)
+    image = shaded(view.image, through, rng.uniform(0.0, np.pi), share)
+    # a start for the fit, which takes centres within 2 px
+    assert nearest_turn(board, board.detect(image), view.ellipses) < 2.0
+
+
+def motion(image):
+    return cv2.blur(image, (5, 1))
+
+
+def glare(image):
+    return np.clip(2.0 * image, 0, 255).astype(np.uint8)
+
+
+def defocus(image):
+    return cv2.GaussianBlur(image, (0, 0), 2.0)
+
+
+@pytest.mark.parametrize("spoil", [motion, glare, defocus, np.invert])
+@pytest.mark.parametrize("seed", range(2))
+def test_discs_are_found_in_spoilt_images(seed, spoil):
+    board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
+    rng = np.random.default_rng([10, seed])
+    view = random_view(VGA, points, radii, rng, width_px=(18.0, 50.0))
+    assert nearest_turn(board, board.detect(spoil(view.image)), view.ellipses) < 0.6
+
+
+@pytest.mark.parametrize("factor", [1, 2, 3, 4, 6])
+def test_a_reduced_image_has_the_means_of_blocks(factor):
+    image = np.random.default_rng(factor).integers(0, 256, (50, 67), dtype=np.uint8)
+    rows, columns = 50 // factor, 67 // factor
+    part = image[: rows * factor, : columns * factor].astype(float)
+    means = part.reshape(rows, factor, columns, factor).mean(axis=(1, 3))
+    # each halving rounds to whole levels
+    np.testing.assert_allclose(reduced(image, factor), means, atol=1.01)
+
+
 @pytest.mark.parametrize("factor", [2, 3])
 def test_large_images_are_searched_small_and_measured_at_full_size(factor):
     board, points, radii = board_of("disc-grid:6x6:5mm:4mm")
@@ -85,6 +147,22 @@ def test_a_larger_grid_than_declared_is_not_taken_for_it(shape, declared):
     )
 
 
+def test_the_squares_of_a_chessboard_are_no_discs():
+    board, _, _ = board_of("disc-grid:6x6:5mm:4mm")
+    # 36 dark squares lie on a lattice along its diagonals
+    H = pose_view((11, 11), distance=30, tilt=10, roll=5)
+    seen = board.detect(render(chessboard(10, 10, 1.0), H, samples=2))
+    assert "no grid of 6x6 among them" in seen.reason
+
+
+@pytest.mark.parametrize("distance", [230, 260])
+def test_discs_of_six_and_five_pixels_are_found(distance):
+    board, points, _ = board_of("disc-grid:6x6:5mm:4mm")
+    H = pose_view((25, 25), distance=distance, tilt=10)
+    seen = board.detect(render(discs(points[:, :2] * 1000, 4.0), H))
+    assert nearest_turn(board, seen, project(H, points * 1000)) < 0.3
+
+
 def test_a_disc_that_is_missing_is_not_made_up():
     board, points, _ = board_of("disc-grid:6x6:5mm:3mm")
     H = pose_view((25, 25), distance=60, tilt=20, roll=10)
@@ -113,6 +191,29 @@ def test_images_of_any_shape_are_looked_at(shape):
     assert "of 36 discs were found" in board.detect(image).reason
 
 
+def test_moments_of_outlines_are_those_of_their_polygons_and_holes_turn_the_other_way():
+    mask = np.zeros((80, 90), dtype=np.uint8)
+    cv2.ellipse(mask, (40, 40), (30, 20), 25.0, 0.0, 360.0, 255, -1)
+    cv2.circle(mask, (44, 42), 9, 0, -1)
+    found, _ = cv2.findContours(mask, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+    area, centres, spread = moments(found)
+    assert sorted(np.sign(area)) == [-1.0, 1.0]
+    for k, each in enumerate(found):
+        expected = cv2.moments(each)
+        total = expected["m00"]
+        assert abs(area[k]) == pytest.approx(total)
+        np.testing.assert_allclose(centres[k], [expected["m10"] / total, expected["m01"] / total])
+        second = [expected[name] / total for name in ("mu20", "mu11", "mu11", "mu02")]
+        np.testing.assert_allclose(spread[k].ravel(), second, rtol=1e-6, atol=1e-6)
+
+
+def test_vectors_are_mapped_back_as_by_solving():
+    rng = np.random.default_rng(1)
+    matrices, vectors = rng.normal(size=(7, 1, 2, 2)), rng.normal(size=(7, 3, 2))
+    solved = np.linalg.solve(matrices, vectors[..., None])[..., 0]
+    np.testing.assert_allclose(mapped_back(matrices, vectors), solved, rtol=1e-9)
+
+
 def ellipse_picture(centre, axes, angle):
     """An ellipse by counting: its middle, and the map from the unit circle."""
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -137,8 +238,9 @@ def test_a_spot_is_the_ellipse_that_was_drawn(axes):
 def test_an_outline_is_measured_from_a_start_beside_it(axes):
     image, shape = ellipse_picture((61.3, 47.8), axes, 0.7)
     start = np.array([[61.3, 47.8]]) + 0.15 * axes[1]
-    seen = disc_outlines.measure(image, start, 1.1 * shape[None], 3.0)
-    assert seen.seen.tolist() == seen.whole.tolist() == [True]
+    unknown = np.array([False])
+    seen = disc_outlines.measure(image, start, 1.1 * shape[None], 3.0, known=unknown, doubt=2.5)
+    assert seen.seen.tolist() == seen.sure.tolist() == seen.whole.tolist() == [True]
     np.testing.assert_allclose(seen.centres[0], [61.3, 47.8], atol=0.05)
     np.testing.assert_allclose(np.linalg.svd(seen.shapes[0])[1], axes, atol=0.25)
 
@@ -146,7 +248,9 @@ def test_an_outline_is_measured_from_a_start_beside_it(axes):
 def test_an_empty_place_is_no_disc():
     image, shape = ellipse_picture((61.3, 47.8), (12.0, 9.0), 0.7)
     places = np.array([[25.0, 25.0], [61.3, 47.8], [61.3, 62.0]])
-    seen = disc_outlines.measure(image, places, np.stack([shape] * 3), 3.0)
+    seen = disc_outlines.measure(
+        image, places, np.stack([shape] * 3), 3.0, known=np.ones(3, dtype=bool), doubt=2.5
+    )
     assert seen.seen.tolist() == [False, True, False]
 
 

@@ -1,0 +1,76 @@
+"""The bare paper between the discs of a grid, which shows how the light goes over the plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.disc_pixels import FloatArray, forward_jacobian
+
+_DIAGONAL = (1.2, 1.6)
+"""Distances of diagonal neighbours in those of the nearest ones: their middles are bare."""
+_WIDEST = 5
+"""Pixels that a patch of paper reaches to each side, at most."""
+
+
+@dataclass(frozen=True)
+class Patchwork:
+    """Square patches of paper, all of one size.
+
+    Attributes:
+        places: (m, 2) middles, pixels.
+        level: (m,) mean grey levels.
+        count: Pixels of a patch.
+    """
+
+    places: FloatArray
+    level: FloatArray
+    count: int
+
+
+def paper_between(
+    image: NDArray[np.uint8], discs: FloatArray, to_pixel: PlateToPixel, clear: float
+) -> Patchwork:
+    """Look at the paper in the middle of each four discs.
+
+    Args:
+        image: (height, width) grey image.
+        discs: (n, 3) centre (x, y) on the plate and radius of each disc, metres.
+        to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
+        clear: How far from the edges of the discs paper is bare, pixels.
+
+    Returns:
+        The patches, none where the discs leave no room.
+    """
+    middles = _middles(discs[:, :2])
+    room = np.sqrt(np.sum((middles[:, None] - discs[:, :2]) ** 2, axis=-1)) - discs[:, 2]
+    radius = np.min(room, axis=1, initial=np.inf)
+    places = to_pixel(middles)
+    scale = np.linalg.svd(forward_jacobian(to_pixel, middles, radius), compute_uv=False)[:, 1:]
+    free = np.min(radius * scale[:, 0] - clear, initial=np.inf) / np.sqrt(2.0)
+    reach = min(int(free), _WIDEST) if len(middles) else -1
+    if reach < 0:
+        return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
+    line = np.arange(-reach, reach + 1)
+    u, v = (each.ravel() for each in np.meshgrid(line, line))
+    at = np.rint(places).astype(np.int64)
+    low, high = at.min(axis=0) - reach, at.max(axis=0) + reach
+    if low.min() < 0 or high[0] >= image.shape[1] or high[1] >= image.shape[0]:
+        return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
+    grey = image[at[:, 1:] + v, at[:, :1] + u]
+    return Patchwork(at.astype(float), grey.mean(axis=1), len(line) ** 2)
+
+
+def _middles(centres: FloatArray) -> FloatArray:
+    """Return the (m, 2) middles between diagonal neighbours, each once."""
+    apart = np.sqrt(np.sum((centres[:, None] - centres) ** 2, axis=-1))
+    nearest = float(np.median(np.min(apart + np.diag([np.inf] * len(apart)), axis=1)))
+    first, second = np.nonzero(
+        np.triu((apart > _DIAGONAL[0] * nearest) & (apart < _DIAGONAL[1] * nearest))
+    )
+    middles = (centres[first] + centres[second]) / 2.0
+    _, once = np.unique(np.rint(8.0 * middles / nearest), axis=0, return_index=True)
+    return middles[once]

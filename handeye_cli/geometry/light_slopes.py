@@ -1,0 +1,168 @@
+"""How the light goes over the marks of a plate, by its levels all over the plate.
+
+A slope of the light across the edges of a mark looks much like a shift of the mark. The levels on
+the plate are known far better than the slopes at each mark, and light mostly changes slowly: a
+polynomial over the plate says what the slopes are. Where shadows fall, a Gaussian process says what
+they may be, and by how much the light may bend within a mark.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_LEAST = 1e-4
+"""Least standard deviation of a slope over a pitch, in levels."""
+_FITS = 2.0
+"""Standard deviations by which the chi-square of a polynomial that fits may be too large."""
+_DEGREE = 2
+"""Highest degree of a polynomial that is tried; higher ones go astray at the plate's corners."""
+_LENGTHS = np.array([0.5, 0.8, 1.2, 1.8, 2.7, 4.0])
+"""Pitches over which the light may change."""
+_AMOUNTS = np.array([0.02, 0.07, 0.25])
+"""By how much, in levels."""
+_PLANE = 0.1
+"""Variance of an even slope over a pitch, in squared levels."""
+_APART = 0.02
+"""Standard deviation of what fitted levels have in common, in levels."""
+_NEAR = 0.8
+"""Pitches over which levels are told to be foretold alike, a standard deviation."""
+_CALM = 0.3
+"""Least factor to the variances where the levels are foretold well."""
+
+
+@dataclass(frozen=True)
+class Light:
+    """The levels of the light at n places.
+
+    Attributes:
+        places: (n, 2) in the image, in any unit of length.
+        level: (n,) of the light.
+        variance: (n,) of the levels.
+        fitted: (n,) whether a level is that of a fit. Fits may differ from plain means alike.
+    """
+
+    places: FloatArray
+    level: FloatArray
+    variance: FloatArray
+    fitted: BoolArray
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the light should be over each of m marks, but for its level there.
+
+    Attributes:
+        mean: (m, 2) coefficients of u, v or (m, 5) of u, v, uu, uv, vv from the mark.
+        variance: The variances of the true ones about them.
+    """
+
+    mean: FloatArray
+    variance: FloatArray
+
+    def scaled(self, level: float, length: float) -> Course:
+        """Return the same for light and lengths in smaller units, so many times."""
+        factor = level / length ** np.array([1, 1, 2, 2, 2])[: self.mean.shape[1]]
+        return Course(self.mean * factor, self.variance * factor**2)
+
+
+def course_of_light(light: Light, marks: FloatArray) -> Course:
+    """Return the course of the light over (m, 2) marks, which bends where shadows fall."""
+    pitch, typical = _pitch(light.places), float(np.median(light.level))
+    middle = light.places.mean(axis=0)
+    relative = Light(
+        (light.places - middle) / pitch,
+        light.level / typical,
+        light.variance / typical**2,
+        light.fitted,
+    )
+    at = (marks - middle) / pitch
+    course = _polynomial(relative, at) or _process(relative, at)
+    return Course(course.mean, course.variance + _LEAST**2).scaled(typical, pitch)
+
+
+def _pitch(places: FloatArray) -> float:
+    apart = np.sum((places[:, None] - places) ** 2, axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    return float(np.sqrt(np.median(np.min(apart, axis=1))))
+
+
+def _polynomial(light: Light, at: FloatArray) -> Course | None:
+    """Return the slopes by the lowest polynomial that fits the levels, if one does."""
+    sigma = np.sqrt(light.variance)
+    right = light.level / sigma
+    extent = max(float(np.max(np.abs(light.places))), 1e-9)
+    for degree in range(1, _DEGREE + 1):
+        terms = _monomials(light.places / extent, degree)[0]
+        rows = np.column_stack([terms, light.fitted]) / sigma[:, None]
+        freedom = len(rows) - rows.shape[1]
+        if freedom < rows.shape[1] and degree > 1:
+            return None
+        known, *_ = np.linalg.lstsq(rows, right, rcond=None)
+        chi_square = float(np.sum((right - rows @ known) ** 2))
+        if chi_square <= freedom + _FITS * np.sqrt(2.0 * freedom):
+            _, derivatives = _monomials(at / extent, degree)
+            covariance = np.linalg.pinv(rows.T @ rows)[:-1, :-1]
+            variance = np.sum((derivatives @ covariance) * derivatives, axis=-1)
+            return Course(derivatives @ known[:-1], variance).scaled(1.0, extent)
+    return None
+
+
+def _monomials(at: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
+    """Return (n, p) monomials at (n, 2) places, and their (n, 2, p) derivatives."""
+    i, j = np.array([(i, k - i) for k in range(degree + 1) for i in range(k + 1)]).T
+    powers = at[..., None] ** np.arange(degree + 1)
+    x, y = powers[:, 0], powers[:, 1]
+    by_x = i * x[:, np.maximum(i - 1, 0)] * y[:, j]
+    by_y = j * x[:, i] * y[:, np.maximum(j - 1, 0)]
+    return x[:, i] * y[:, j], np.stack([by_x, by_y], axis=1)
+
+
+def _process(light: Light, at: FloatArray) -> Course:
+    """Return slopes and bends of a Gaussian process through the levels.
+
+    Over what distance the light changes, and by how much, is what makes the levels most likely. It
+    changes more at a shadow's edge than elsewhere: the variances follow how well the levels around
+    are foretold by all others.
+    """
+    places, right = light.places, light.level - 1.0
+    square = np.sum((places[:, None] - places) ** 2, axis=-1)
+    lengths, amounts = (each.ravel() for each in np.meshgrid(_LENGTHS, _AMOUNTS))
+    bell = (amounts**2)[:, None, None] * np.exp(-0.5 * square / (lengths**2)[:, None, None])
+    common = _PLANE * (1.0 + places @ places.T) + _APART**2 * np.outer(light.fitted, light.fitted)
+    levels = bell + common + np.diag(light.variance)
+    best = int(np.argmin(_unlikely(levels, right)))
+    length, amount = float(lengths[best]), float(amounts[best])
+    inverse = np.linalg.inv(levels[best])
+    shared = _shared(at, places, amount, length)
+    steep, bent = (amount / length) ** 2, (amount / length**2) ** 2
+    before = [steep + _PLANE, steep + _PLANE, 0.75 * bent, bent, 0.75 * bent]
+    variance = np.maximum(before - np.sum((shared @ inverse) * shared, axis=-1), 0.0)
+    near = np.exp(-0.5 * np.sum((places - at[:, None]) ** 2, axis=-1) / _NEAR**2)
+    foretold = (inverse @ right) ** 2 / np.diag(inverse)
+    local = near @ foretold / np.maximum(near.sum(axis=1), 1e-9)
+    return Course(shared @ (inverse @ right), variance * np.maximum(local, _CALM)[:, None])
+
+
+def _unlikely(covariance: FloatArray, right: FloatArray) -> FloatArray:
+    """Return (g,) minus twice the logarithm of how likely the levels are, but for a constant."""
+    factor = np.linalg.cholesky(covariance)
+    half = np.linalg.solve(factor, np.broadcast_to(right[:, None], (*factor.shape[:2], 1)))
+    size = 2.0 * np.sum(np.log(np.einsum("gii->gi", factor)), axis=1)
+    return np.asarray(np.sum(half**2, axis=(1, 2)) + size)
+
+
+def _shared(at: FloatArray, places: FloatArray, amount: float, length: float) -> FloatArray:
+    """Return (m, 5, n) covariances of the course's coefficients with the levels."""
+    x, y = np.moveaxis(at[:, None] - places, -1, 0) / length
+    bell = amount**2 * np.exp(-0.5 * (x * x + y * y))
+    bends = [0.5 * (x * x - 1.0), x * y, 0.5 * (y * y - 1.0)]
+    out = bell[:, None] * np.stack([-x, -y, *bends], axis=1)
+    out /= length ** np.array([1, 1, 2, 2, 2])[:, None]
+    out[:, :2] += _PLANE * places.T
+    return np.asarray(out)
