@@ -14,6 +14,12 @@ from handeye_cli.solvers.problem import FloatArray, Problem, Solution
 _TABLE = {
     "tsai-lenz": "handeye_cli.solvers.tsai_lenz",
     "maximum-likelihood": "handeye_cli.solvers.maximum_likelihood",
+    "park-martin": "handeye_cli.solvers.park_martin",
+    "horaud-dornaika": "handeye_cli.solvers.horaud_dornaika",
+    "daniilidis": "handeye_cli.solvers.daniilidis",
+    "andreff": "handeye_cli.solvers.andreff",
+    "shah": "handeye_cli.solvers.shah",
+    "li": "handeye_cli.solvers.li",
 }
 
 DEFAULT = "maximum-likelihood"
