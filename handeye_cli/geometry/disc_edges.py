@@ -6,7 +6,6 @@ second order: neither the perspective within a disc nor the curvature of its out
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,18 +117,3 @@ def _nearest_other(
         relative = np.where(nearer[:, None], here, relative)
         size = np.where(nearer, radius * other[:, 2], size)
     return relative, size
-
-
-def coverage(x: SingleArray) -> tuple[SingleArray, SingleArray]:
-    """Return the normal distribution function, to 1e-7, and its density.
-
-    The function is Abramowitz and Stegun's approximation 26.2.17.
-    """
-    density = np.exp(-0.5 * x * x) * np.float32(1.0 / math.sqrt(2.0 * math.pi))
-    t = 1.0 / (1.0 + np.float32(0.2316419) * np.abs(x))
-    series = np.float32(1.330274429) * t + np.float32(-1.821255978)
-    series = series * t + np.float32(1.781477937)
-    series = series * t + np.float32(-0.356563782)
-    series = series * t + np.float32(0.319381530)
-    tail = density * series * t
-    return np.abs((x > 0) - tail), density

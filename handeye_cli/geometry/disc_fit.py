@@ -21,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli.geometry.blurred_edge import normal_distribution
 from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.disc_edges import Edges, coverage, measure
+from handeye_cli.geometry.disc_edges import Edges, measure
 from handeye_cli.geometry.disc_paper import Patchwork, paper_between
 from handeye_cli.geometry.disc_pixels import (
     FloatArray,
@@ -192,9 +193,9 @@ def _shading(edges: Edges, state: FloatArray) -> _Shading:
     blur, ink = single[:, _BLUR, None], single[:, _INK, None]
     terms = edges.pixels.terms[:, : state.shape[1] - _LIGHT]
     distance: SingleArray = edges.distance + (single[:, None, :3] @ edges.by_shift)[:, 0]
-    covered, density = coverage(distance / blur)
+    covered, density = normal_distribution(distance / blur)
     if edges.others is not None:
-        covered += coverage(edges.others / blur)[0]
+        covered += normal_distribution(edges.others / blur)[0]
     light = (single[:, None, _LIGHT:] @ terms)[:, 0]
     return _Shading(distance, covered, density, light, 1.0 - (1.0 - ink) * covered)
 
@@ -223,9 +224,9 @@ def _first_state(edges: Edges) -> FloatArray:
     grey, weight = edges.pixels.grey, edges.weight
     state = np.zeros((len(grey), _LIGHT + _EVEN))
     state[:, _BLUR] = _FIRST_BLUR
-    covered, _ = coverage(edges.distance / np.float32(_FIRST_BLUR))
+    covered, _ = normal_distribution(edges.distance / np.float32(_FIRST_BLUR))
     if edges.others is not None:
-        covered += coverage(edges.others / np.float32(_FIRST_BLUR))[0]
+        covered += normal_distribution(edges.others / np.float32(_FIRST_BLUR))[0]
     rows = np.stack([np.ones_like(covered), covered], axis=1) * weight[:, None]
     normal = rows @ np.swapaxes(rows, -1, -2) + 1e-6 * np.eye(2)
     light, drop = np.linalg.solve(normal, rows @ grey[..., None])[..., 0].T

@@ -70,6 +70,11 @@ def require_markers(name: str, needed: int) -> None:
         raise refuse(f"expected a dictionary of at least {needed} markers, found {name} of {size}")
 
 
+def tag_cells(name: str) -> int:
+    """Return how many cells are in a row of a dictionary's markers, the black border included."""
+    return int(dictionary(name).markerSize) + 2
+
+
 def printed(name: str, number: int, side: float) -> FloatArray:
     """Return the dark cells of a marker as OpenCV prints it.
 
@@ -95,7 +100,7 @@ def upright(name: str, number: int, side: float) -> FloatArray:
 def _cells(name: str, number: int) -> NDArray[np.bool_]:
     """Return which cells of a marker are dark, its border included."""
     known = dictionary(name)
-    return np.asarray(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2) < 128)
+    return np.asarray(cv2.aruco.generateImageMarker(known, number, tag_cells(name)) < 128)
 
 
 def is_apriltag(name: str) -> bool:
@@ -112,7 +117,8 @@ def find_tags(grey: GreyImage, name: str) -> dict[int, FloatArray]:
 
     Returns:
         Tag ids, ascending, and their (4, 2) corners in pixels: top left, top right, bottom right
-        and bottom left of the upright tag. An AprilTag is upright as its authors publish it.
+        and bottom left of the upright tag, good to a pixel or two. An AprilTag is upright as its
+        authors publish it.
     """
     ids, quads = _detected(grey, name)
     if is_apriltag(name) and _apriltags_upside_down():
@@ -124,12 +130,8 @@ def find_tags(grey: GreyImage, name: str) -> dict[int, FloatArray]:
 def _detected(grey: GreyImage, name: str) -> tuple[IntArray, FloatArray]:
     """Return the (n,) ids and (n, 4, 2) corners of all tags, as OpenCV orders them."""
     settings = cv2.aruco.DetectorParameters()
-    # CORNER_REFINE_APRILTAG is half a pixel off
-    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    # the window ends before the code's own squares, whatever the size of the tag
-    settings.relativeCornerRefinmentWinSize = 0.7
-    settings.cornerRefinementWinSize = 10
-    settings.cornerRefinementMinAccuracy = 0.01
+    # The edges are fitted later: windows for corners reach into the code, or into the next tag.
+    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
     quads, ids, _ = cv2.aruco.ArucoDetector(dictionary(name), settings).detectMarkers(grey)
     found = np.zeros(0) if ids is None else np.ravel(ids)
     return found.astype(np.int64), np.reshape(quads, (-1, 4, 2)).astype(np.float64)

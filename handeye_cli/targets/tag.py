@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage
+from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
 from handeye_cli.targets.drawing import Drawing, outline_around
@@ -17,8 +17,10 @@ from handeye_cli.targets.markers import (
     family_name,
     find_tags,
     require_markers,
+    tag_cells,
     upright,
 )
+from handeye_cli.targets.tag_refinement import TagPrint, refine_tags
 
 
 class _Tag(Board):
@@ -60,6 +62,11 @@ class _Tag(Board):
         if wanted not in tags:
             return Detection.missing(f"tag {wanted} was not found, but those with the ids {listed}")
         return Detection.whole(tags[wanted])
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the corners where the edges of the black square meet, with their noise."""
+        look = TagPrint(tag_cells(self._markers))
+        return refine_tags(grey, self.points(), look, seen, camera)
 
 
 @dataclass(frozen=True)

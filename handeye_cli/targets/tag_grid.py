@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
 from handeye_cli.targets.drawing import Drawing, outline_around
@@ -22,8 +22,10 @@ from handeye_cli.targets.markers import (
     find_tags,
     is_apriltag,
     require_markers,
+    tag_cells,
     upright,
 )
+from handeye_cli.targets.tag_refinement import TagPrint, refine_tags
 
 _MISFIT = 0.25
 """Tags are refused as this grid when a corner is off by more, in sides of a tag."""
@@ -91,6 +93,15 @@ class _TagGrid(Board):
             f"{len(tags)} tags were found, but not where a grid of {self.columns}x{self.rows} with "
             "tag 0 at the top left, row by row, has them"
         )
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the corners where the edges of the black squares meet, with their noise.
+
+        Tags that are covered in part are left out.
+        """
+        cells = tag_cells(self._markers)
+        look = TagPrint(cells, min(1.0, cells * self.gap_mm / self.size_mm))
+        return refine_tags(grey, self.points(), look, seen, camera)
 
     def _lies_flat(self, ids: IntArray, pixels: FloatArray) -> bool:
         return fits_plane(self._positions[ids], pixels, _MISFIT * self.size_mm)

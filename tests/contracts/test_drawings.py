@@ -13,17 +13,16 @@ from handeye_cli.targets.drawing import Drawing
 
 CAMERA = Camera(800, 600, 900.0, 898.0, 402.0, 297.0, (-0.15, 0.04, 5e-4, -5e-4, 0.0))
 ACCURACY_PX = {
-    # the middle of a tilted disc's image is not the image of its middle
-    "disc-grid": 0.3,
-    "asymmetric-circles": 0.3,
+    "disc-grid": 0.02,
+    "asymmetric-circles": 0.02,
     "chessboard": 0.1,
     "charuco": 0.15,
-    "apriltag": 0.25,
-    "aruco": 0.25,
-    "apriltag-grid": 0.3,
-    "aruco-grid": 0.3,
+    "apriltag": 0.05,
+    "aruco": 0.05,
+    "apriltag-grid": 0.05,
+    "aruco-grid": 0.05,
 }
-"""Largest RMS distance of the detected points from the true ones."""
+"""Largest RMS distance of the points from the true ones."""
 
 
 @pytest.fixture(params=targets.TYPES)
@@ -47,7 +46,7 @@ def test_a_drawn_target_is_found_where_its_points_are(board, tilt_deg, turn_deg)
     light = Appearance(gradient=(0.1, -0.1), noise=2.0)
     rng = np.random.default_rng(3)
     grey = render_target(CAMERA, pose, board.drawing(), appearance=light, rng=rng)
-    seen = board.detect(grey)
+    seen = board.refine(grey, board.detect(grey), CAMERA)
     assert seen.reason is None
     assert len(seen.ids) == len(board.points())
     truth = project(se3.transform_points(pose, board.points()), CAMERA.parameters, CAMERA.model)

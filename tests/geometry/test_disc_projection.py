@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from handeye_cli.geometry import rotations
+from handeye_cli.geometry.blurred_edge import normal_distribution
 from handeye_cli.geometry.camera import project
-from handeye_cli.geometry.disc_edges import coverage, measure
+from handeye_cli.geometry.disc_edges import measure
 from handeye_cli.geometry.disc_pixels import edge_pixels, look_at
 from handeye_cli.geometry.disc_projection import centres_of, outlines
 
@@ -102,7 +103,7 @@ def test_every_pixel_in_the_band_is_selected():
 
 def test_coverage_is_the_normal_distribution():
     x = np.linspace(-6, 6, 1001).astype(np.float32)
-    share, density = coverage(x)
+    share, density = normal_distribution(x)
     step = 1e-3
     exact = np.cumsum(np.exp(-0.5 * np.arange(-9, 6, step) ** 2)) * step / np.sqrt(2 * np.pi)
     np.testing.assert_allclose(
