@@ -80,13 +80,20 @@ def project_jacobians(
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bob") -> FloatArray:
+def normalise(
+    pixels: FloatArray,
+    parameters: FloatArray,
+    model: str = "plumb_bob",
+    *,
+    tolerance: float = 1e-14,
+) -> FloatArray:
     """Return the undistorted directions (x / z, y / z) of pixels, by Newton's method.
 
     Args:
         pixels: (..., 2) pixels.
         parameters: (4 + k,) intrinsics.
         model: Name of the distortion model.
+        tolerance: Error on the plane z = 1 that is small enough, at most 1e-9.
 
     Returns:
         (..., 2) coordinates on the plane z = 1; NaN where no direction has this pixel as image.
@@ -101,7 +108,7 @@ def normalise(pixels: FloatArray, parameters: FloatArray, model: str = "plumb_bo
     for _ in range(_NEWTON_STEPS):
         distorted, slope = _bend_and_slope(xy, k)
         error = distorted - wanted
-        if np.max(np.abs(error), initial=0.0) < 1e-14:
+        if np.max(np.abs(error), initial=0.0) < tolerance:
             break
         xy = xy - _solve2(slope, error)
     distorted, slope = _bend_and_slope(xy, k)

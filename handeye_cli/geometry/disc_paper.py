@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.disc_pixels import FloatArray, forward_jacobian
+from handeye_cli.geometry.disc_pixels import FloatArray, forward_jacobian, half_axes
 
 _DIAGONAL = (1.2, 1.6)
 """Distances of diagonal neighbours in those of the nearest ones: their middles are bare."""
@@ -49,8 +50,8 @@ def paper_between(
     room = np.sqrt(np.sum((middles[:, None] - discs[:, :2]) ** 2, axis=-1)) - discs[:, 2]
     radius = np.min(room, axis=1, initial=np.inf)
     places = to_pixel(middles)
-    scale = np.linalg.svd(forward_jacobian(to_pixel, middles, radius), compute_uv=False)[:, 1:]
-    free = np.min(radius * scale[:, 0] - clear, initial=np.inf) / np.sqrt(2.0)
+    _, short = half_axes(forward_jacobian(to_pixel, middles, radius))
+    free = np.min(radius * short - clear, initial=np.inf) / math.sqrt(2.0)
     reach = min(int(free), _WIDEST) if len(middles) else -1
     if reach < 0:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
@@ -66,11 +67,11 @@ def paper_between(
 
 def _middles(centres: FloatArray) -> FloatArray:
     """Return the (m, 2) middles between diagonal neighbours, each once."""
-    apart = np.sqrt(np.sum((centres[:, None] - centres) ** 2, axis=-1))
-    nearest = float(np.median(np.min(apart + np.diag([np.inf] * len(apart)), axis=1)))
-    first, second = np.nonzero(
-        np.triu((apart > _DIAGONAL[0] * nearest) & (apart < _DIAGONAL[1] * nearest))
-    )
-    middles = (centres[first] + centres[second]) / 2.0
-    _, once = np.unique(np.rint(8.0 * middles / nearest), axis=0, return_index=True)
-    return middles[once]
+    towards = centres - centres[:, None]
+    square = np.sum(towards**2, axis=-1)
+    nearest = np.median(np.partition(square, 1, axis=1)[:, 1])
+    low, high = (share**2 * nearest for share in _DIAGONAL)
+    # of the two diagonals through a middle, which are at right angles, one goes this way
+    quarter = (towards[..., 0] > 1e-9) & (towards[..., 1] > -1e-9)
+    first, second = np.nonzero((square > low) & (square < high) & quarter)
+    return np.asarray((centres[first] + centres[second]) / 2.0)

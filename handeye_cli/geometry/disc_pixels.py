@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.ring_pixels import ring_pixels
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -24,7 +25,7 @@ _POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2
 _KNOTS = 5
 """Points along each side of the square that the cubic is fitted to."""
 _SLACK = 0.4
-"""How much farther than asked for pixels are taken, for the conic is not quite the outline."""
+"""How much farther than asked for pixels are taken, as outlines are not quite ellipses."""
 
 
 def _derivatives() -> FloatArray:
@@ -108,7 +109,7 @@ def look_at(discs: FloatArray, to_pixel: PlateToPixel, start: FloatArray, band: 
     """
     radius = discs[:, 2]
     jacobian = radius[:, None, None] * forward_jacobian(to_pixel, discs[:, :2], radius)
-    long, short = _axes(jacobian)
+    long, short = half_axes(jacobian)
     half = math.ceil(float(np.max(long)) + band)
     middle = np.rint(start).astype(np.int64)
     missed = np.asarray(start - to_pixel(discs[:, :2]), dtype=float)
@@ -127,8 +128,8 @@ def look_at(discs: FloatArray, to_pixel: PlateToPixel, start: FloatArray, band: 
     )
 
 
-def _axes(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the (n,) singular values of (n, 2, 2) matrices, the larger ones first."""
+def half_axes(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the (n,) half axes of the ellipses of (n, 2, 2) matrices, the longer ones first."""
     (a, b), (c, d) = np.moveaxis(jacobian, (1, 2), (0, 1))
     mean, difference = np.hypot(a + d, b - c) / 2, np.hypot(a - d, b + c) / 2
     return mean + difference, np.abs(mean - difference)
@@ -186,72 +187,16 @@ def edge_pixels(
         band: Half of the band's width, pixels.
         every: Every so many pixels are taken, evenly over both directions.
     """
-    line = np.arange(-patches.half, patches.half + 1)
-    u, v = (each.ravel() for each in np.meshgrid(line, line))
-    if every > 1:
-        chosen = (u + v) % every == 0
-        u, v = u[chosen], v[chosen]
-    middle = patches.middle
-    mask = _beside(rings - middle[:, None], np.stack([u, v]) / patches.half, patches.half, band)
-    height, width = image.shape
-    low, high = middle.min(axis=0) - patches.half, middle.max(axis=0) + patches.half
-    if min(low) < 0 or high[0] >= width or high[1] >= height:
-        x, y = middle[:, :1] + u, middle[:, 1:] + v
-        mask &= (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    place, weight = _packed(mask)
-    offset = np.stack([u, v]).astype(np.float32) / np.float32(patches.half)
-    x, y = offset[0][place], offset[1][place]
-    index = (v * width + u)[place] + (middle[:, 1:] * width + middle[:, :1])
+    column, row, weight = ring_pixels(rings, image.shape, band + _SLACK, every=every)
+    half = np.float32(patches.half)
+    x = (column - patches.middle[:, :1]).astype(np.float32) / half
+    y = (row - patches.middle[:, 1:]).astype(np.float32) / half
     terms = _monomials(x, y)
     return EdgePixels(
-        # padding repeats a pixel of the window that may lie outside of the image
-        grey=image.ravel().take(index, mode="clip").astype(np.float32),
+        grey=image[row, column].astype(np.float32),
         weight=weight,
         terms=terms,
         plate=patches.cubic @ terms,
         slopes=patches.slopes @ terms[:, :6],
         half=patches.half,
     )
-
-
-def _beside(rings: FloatArray, offset: FloatArray, half: int, band: float) -> NDArray[np.bool_]:
-    """Return (n, k): which (2, k) offsets lie within a band around the conics through rings.
-
-    To first order a conic q = 0 is q / |grad q| away.
-    """
-    conic = _conics(rings / half)
-    _, u, v, uu, uv, vv = conic.T
-    by_u, by_v = np.stack([u, 2 * uu, uv], axis=1), np.stack([v, uv, 2 * vv], axis=1)
-    steep = sum(_squared(each) for each in (by_u, by_v)) * ((band + _SLACK) / half) ** 2
-    terms = np.ones((6, offset.shape[1]), dtype=np.float32)
-    terms[1:3] = offset
-    terms[3], terms[4], terms[5] = terms[1] ** 2, terms[1] * terms[2], terms[2] ** 2
-    value = conic.astype(np.float32) @ terms
-    value *= value
-    return np.asarray(value < steep.astype(np.float32) @ terms)
-
-
-def _squared(linear: FloatArray) -> FloatArray:
-    """Return (n, 6) squares of the (n, 3) polynomials a + b u + c v."""
-    a, b, c = linear.T
-    return np.stack([a * a, 2 * a * b, 2 * a * c, b * b, 2 * b * c, c * c], axis=1)
-
-
-def _conics(rings: FloatArray) -> FloatArray:
-    """Return (n, 6) polynomials of degree two that vanish on (n, k, 2) points."""
-    x, y = rings[..., 0], rings[..., 1]
-    terms = np.stack([x, y, x * x, x * y, y * y], axis=1)
-    right = np.sum(terms, axis=2)[..., None]
-    solved = np.linalg.solve(terms @ np.swapaxes(terms, 1, 2), right)[..., 0]
-    return np.concatenate([-np.ones((len(rings), 1)), solved], axis=1)
-
-
-def _packed(mask: NDArray[np.bool_]) -> tuple[IntArray, SingleArray]:
-    """Return (n, m) indices of each row's true entries, padded with the first, and weights."""
-    row, column = np.nonzero(mask)
-    count = np.bincount(row, minlength=len(mask))
-    width = max(int(count.max()), 1)
-    weight = (np.arange(width) < count[:, None]).astype(np.float32)
-    chosen = np.zeros((len(mask), width), dtype=np.int64)
-    chosen[weight > 0] = column
-    return chosen, weight

@@ -2,12 +2,13 @@
 
 A slope of the light across the edges of a mark looks much like a shift of the mark. The levels on
 the plate are known far better than the slopes at each mark, and light mostly changes slowly: a
-polynomial over the plate says what the slopes are. Where shadows fall, a Gaussian process says what
+quadratic over the plate says what the slopes are. Where shadows fall, a Gaussian process says what
 they may be, and by how much the light may bend within a mark.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,9 @@ BoolArray = NDArray[np.bool_]
 
 _LEAST = 1e-4
 """Least standard deviation of a slope over a pitch, in levels."""
+_PLANE_TERMS, _QUADRATIC_TERMS = 4, 7
 _FITS = 2.0
 """Standard deviations by which the chi-square of a polynomial that fits may be too large."""
-_DEGREE = 2
-"""Highest degree of a polynomial that is tried; higher ones go astray at the plate's corners."""
 _LENGTHS = np.array([0.5, 0.8, 1.2, 1.8, 2.7, 4.0])
 """Pitches over which the light may change."""
 _AMOUNTS = np.array([0.02, 0.07, 0.25])
@@ -93,34 +93,33 @@ def _pitch(places: FloatArray) -> float:
 
 
 def _polynomial(light: Light, at: FloatArray) -> Course | None:
-    """Return the slopes by the lowest polynomial that fits the levels, if one does."""
+    """Return the slopes by the plane through the levels or by the quadratic, if one fits."""
     sigma = np.sqrt(light.variance)
-    right = light.level / sigma
     extent = max(float(np.max(np.abs(light.places))), 1e-9)
-    for degree in range(1, _DEGREE + 1):
-        terms = _monomials(light.places / extent, degree)[0]
-        rows = np.column_stack([terms, light.fitted]) / sigma[:, None]
-        freedom = len(rows) - rows.shape[1]
-        if freedom < rows.shape[1] and degree > 1:
+    x, y = light.places.T / extent
+    terms = np.stack([np.ones_like(x), x, y, light.fitted, x * x, x * y, y * y], axis=1)
+    right = light.level / sigma
+    for used in (_PLANE_TERMS, _QUADRATIC_TERMS):
+        freedom = len(x) - used
+        if freedom < used:
             return None
-        known, *_ = np.linalg.lstsq(rows, right, rcond=None)
+        rows = terms[:, :used] / sigma[:, None]
+        covariance = np.linalg.pinv(rows.T @ rows, hermitian=True)
+        known = covariance @ (rows.T @ right)
         chi_square = float(np.sum((right - rows @ known) ** 2))
-        if chi_square <= freedom + _FITS * np.sqrt(2.0 * freedom):
-            _, derivatives = _monomials(at / extent, degree)
-            covariance = np.linalg.pinv(rows.T @ rows)[:-1, :-1]
-            variance = np.sum((derivatives @ covariance) * derivatives, axis=-1)
-            return Course(derivatives @ known[:-1], variance).scaled(1.0, extent)
+        if chi_square <= freedom + _FITS * math.sqrt(2.0 * freedom):
+            slopes = _slopes(at / extent)[:, :, :used]
+            variance = np.sum((slopes @ covariance) * slopes, axis=-1)
+            return Course(slopes @ known, variance).scaled(1.0, extent)
     return None
 
 
-def _monomials(at: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Return (n, p) monomials at (n, 2) places, and their (n, 2, p) derivatives."""
-    i, j = np.array([(i, k - i) for k in range(degree + 1) for i in range(k + 1)]).T
-    powers = at[..., None] ** np.arange(degree + 1)
-    x, y = powers[:, 0], powers[:, 1]
-    by_x = i * x[:, np.maximum(i - 1, 0)] * y[:, j]
-    by_y = j * x[:, i] * y[:, np.maximum(j - 1, 0)]
-    return x[:, i] * y[:, j], np.stack([by_x, by_y], axis=1)
+def _slopes(at: FloatArray) -> FloatArray:
+    """Return the (m, 2, 7) derivatives of the quadratic's terms at (m, 2) places."""
+    x, y = at.T
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    by_x, by_y = [zero, one, zero, zero, 2 * x, y, zero], [zero, zero, one, zero, zero, x, 2 * y]
+    return np.stack([np.stack(by_x, axis=1), np.stack(by_y, axis=1)], axis=1)
 
 
 def _process(light: Light, at: FloatArray) -> Course:
@@ -133,7 +132,7 @@ def _process(light: Light, at: FloatArray) -> Course:
     places, right = light.places, light.level - 1.0
     square = np.sum((places[:, None] - places) ** 2, axis=-1)
     lengths, amounts = (each.ravel() for each in np.meshgrid(_LENGTHS, _AMOUNTS))
-    bell = (amounts**2)[:, None, None] * np.exp(-0.5 * square / (lengths**2)[:, None, None])
+    bell = (amounts**2)[:, None, None] * _bell(square / (lengths**2)[:, None, None])
     common = _PLANE * (1.0 + places @ places.T) + _APART**2 * np.outer(light.fitted, light.fitted)
     levels = bell + common + np.diag(light.variance)
     best = int(np.argmin(_unlikely(levels, right)))
@@ -143,10 +142,15 @@ def _process(light: Light, at: FloatArray) -> Course:
     steep, bent = (amount / length) ** 2, (amount / length**2) ** 2
     before = [steep + _PLANE, steep + _PLANE, 0.75 * bent, bent, 0.75 * bent]
     variance = np.maximum(before - np.sum((shared @ inverse) * shared, axis=-1), 0.0)
-    near = np.exp(-0.5 * np.sum((places - at[:, None]) ** 2, axis=-1) / _NEAR**2)
+    near = _bell(np.sum((places - at[:, None]) ** 2, axis=-1) / _NEAR**2)
     foretold = (inverse @ right) ** 2 / np.diag(inverse)
     local = near @ foretold / np.maximum(near.sum(axis=1), 1e-9)
     return Course(shared @ (inverse @ right), variance * np.maximum(local, _CALM)[:, None])
+
+
+def _bell(square: FloatArray) -> FloatArray:
+    """Return exp(-square / 2), but nothing so small that processors are slow with it."""
+    return np.exp(-0.5 * np.minimum(square, 200.0))
 
 
 def _unlikely(covariance: FloatArray, right: FloatArray) -> FloatArray:
@@ -160,7 +164,7 @@ def _unlikely(covariance: FloatArray, right: FloatArray) -> FloatArray:
 def _shared(at: FloatArray, places: FloatArray, amount: float, length: float) -> FloatArray:
     """Return (m, 5, n) covariances of the course's coefficients with the levels."""
     x, y = np.moveaxis(at[:, None] - places, -1, 0) / length
-    bell = amount**2 * np.exp(-0.5 * (x * x + y * y))
+    bell = amount**2 * _bell(x * x + y * y)
     bends = [0.5 * (x * x - 1.0), x * y, 0.5 * (y * y - 1.0)]
     out = bell[:, None] * np.stack([-x, -y, *bends], axis=1)
     out /= length ** np.array([1, 1, 2, 2, 2])[:, None]

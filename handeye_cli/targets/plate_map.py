@@ -25,7 +25,11 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
         A function of (..., 2) points of the plane, metres, that gives their (..., 2) pixels.
     """
     mask = np.ones(len(plate), dtype=bool)
-    directions = None if camera is None else normalise(pixels, camera.parameters, camera.model)
+    directions = (
+        None
+        if camera is None
+        else normalise(pixels, camera.parameters, camera.model, tolerance=1e-9)
+    )
     # A lens that leaves pixels without a direction cannot be right: as good as none.
     if camera is None or directions is None or not np.all(np.isfinite(directions)):
         H = pnp.homography(plate, pixels, mask)
