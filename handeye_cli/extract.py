@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 from handeye_cli import targets
 from handeye_cli.errors import InputError, UsageError
@@ -20,6 +21,10 @@ from handeye_cli.records import (
     Recording,
     Station,
 )
+from handeye_cli.targets import image_faults
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 
 _NAMED = 5
 """Unused images that are named in the finding; the document has them all."""
@@ -56,16 +61,9 @@ def extract(
             "the recording does not say what the calibration target is",
             hint=f"add --target, such as {_examples()}",
         )
-    if workers is not None and workers < 1:
-        raise UsageError(f"expected at least 1 worker, found {workers}", where="--workers")
     board = targets.build(recording.target)
     look = partial(_look, board=board, camera=recording.camera)
-    looks: list[_Look] = []
-    with ThreadPoolExecutor(workers or min(MOST_WORKERS, os.cpu_count() or 1)) as pool:
-        for each in pool.map(look, recording.stations):
-            looks.append(each)
-            if progress is not None:
-                progress(len(looks), len(recording.stations))
+    looks = each_image(look, recording.stations, workers=workers, progress=progress)
     size = _common_size(looks)
     stations = tuple(_of_size(each, size) for each in looks)
     features = Features(
@@ -79,6 +77,38 @@ def extract(
         provenance=recording.provenance,
     )
     return _ordered(features, board)
+
+
+def each_image(
+    work: Callable[[Given], Made],
+    images: Sequence[Given],
+    *,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Made]:
+    """Return what is made of each image, several of them at the same time.
+
+    Args:
+        work: What is done with one; it loads the image and keeps nothing of it.
+        images: What each can be loaded from.
+        workers: Images worked on at the same time; one per processor, up to 8, when None.
+        progress: Told (done, all) after each image, in their order, or None.
+
+    Returns:
+        The results in the order of the images.
+
+    Raises:
+        UsageError: There are no workers.
+    """
+    if workers is not None and workers < 1:
+        raise UsageError(f"expected at least 1 worker, found {workers}", where="--workers")
+    made: list[Made] = []
+    with ThreadPoolExecutor(workers or min(MOST_WORKERS, os.cpu_count() or 1)) as pool:
+        for each in pool.map(work, images):
+            made.append(each)
+            if progress is not None:
+                progress(len(made), len(images))
+    return made
 
 
 @dataclass(frozen=True)
@@ -101,9 +131,15 @@ def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None
     seen = board.refine(grey, board.detect(grey), camera)
     size = (grey.shape[1], grey.shape[0])
     if seen.reason is not None:
-        return _Look(_without(station, seen.reason), size)
+        return _Look(_without(station, _with_fault(seen.reason, grey)), size)
     observation = Observation(seen.ids, seen.pixels, seen.sigma_px)
     return _Look(Station(recorded.name, recorded.base_T_gripper, observation), size)
+
+
+def _with_fault(reason: str, grey: GreyImage) -> str:
+    """Return why the target was not found, with the fault of the image if it is to blame."""
+    fault = image_faults.fault(grey)
+    return reason if fault is None or fault in reason else f"{reason}: {fault}"
 
 
 def _common_size(looks: Sequence[_Look]) -> tuple[int, int] | None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import stat
-import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli import image_headers
 from handeye_cli.errors import InputError
 from handeye_cli.records import GreyImage
 
@@ -18,10 +17,6 @@ MAX_PIXELS = 200_000_000
 """Largest image that is decoded."""
 MAX_BYTES = 2_000_000_000
 """Largest image file that is read."""
-
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8"
-_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
 @dataclass(frozen=True)
@@ -63,9 +58,8 @@ def decode_grey(data: bytes, label: str) -> GreyImage:
     """Return the grey image of an encoded one (PNG, JPEG, TIFF, PGM, ...).
 
     Colour becomes luminance, transparency is dropped, and a rotation in the EXIF data is not
-    applied: the camera's intrinsics hold for the sensor's own rows and columns. Sixteen-bit
-    images often hold ten or twelve bits of a sensor: their scale is the least full range of
-    8 to 16 bits that holds the brightest pixel, so that 4095 of a 12-bit image becomes 255.
+    applied: the camera's intrinsics hold for the sensor's own rows and columns. Sixteen bits
+    are scaled as `eight_bits` does.
 
     Args:
         data: The encoded image.
@@ -75,15 +69,16 @@ def decode_grey(data: bytes, label: str) -> GreyImage:
         (height, width) grey levels.
 
     Raises:
-        InputError: It is no image, is damaged, or is too large.
+        InputError: It is no image or several, is damaged, or is too large.
     """
     import cv2
 
     if not data:
         raise InputError("expected an image, found no data", where=label)
-    size = _size_in_header(data)
+    size = image_headers.stated_size(data)
     if size:
         _require_size(*size, label)
+    data = image_headers.require_sound(data, label)
     flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
     try:
         image = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
@@ -94,21 +89,30 @@ def decode_grey(data: bytes, label: str) -> GreyImage:
         message = f"expected an image, found {len(data)} bytes that cannot be decoded as one"
         raise InputError(message, where=label)
     _require_size(image.shape[1], image.shape[0], label)
-    return _to_eight_bits(image, label)
-
-
-def _to_eight_bits(image: NDArray[np.generic], label: str) -> GreyImage:
     if image.dtype == np.uint8:
         return image.view(np.uint8)
     if image.dtype != np.uint16:
         message = f"expected an image of 8 or 16 bits, found one of {image.dtype}"
         raise InputError(message, where=label)
-    deep = image.view(np.uint16)
+    return eight_bits(image.view(np.uint16))
+
+
+def eight_bits(deep: NDArray[np.uint16]) -> GreyImage:
+    """Return sixteen-bit grey levels in eight bits.
+
+    Sixteen bits often hold the ten or twelve of a sensor. The scale is the least full range of
+    8 to 16 bits that holds the brightest pixel, so that 4095 of a 12-bit image becomes 255.
+
+    Args:
+        deep: (...) grey levels, at least one.
+
+    Returns:
+        (...) grey levels from 0 to 255.
+    """
     bits = max(8, int(deep.max()).bit_length())
     # a table of all grey levels: exact, and without a copy of the image in floating point
     levels = np.arange(2**bits, dtype=np.float64) * (255.0 / (2**bits - 1))
-    eight: GreyImage = np.rint(levels).astype(np.uint8)[deep]
-    return eight
+    return np.asarray(np.rint(levels).astype(np.uint8)[deep])
 
 
 def _require_size(width: int, height: int, label: str) -> None:
@@ -118,28 +122,3 @@ def _require_size(width: int, height: int, label: str) -> None:
             f"found {width} x {height}",
             where=label,
         )
-
-
-def _size_in_header(data: bytes) -> tuple[int, int] | None:
-    """Return (width, height) as a PNG or JPEG states it before its pixels, else None."""
-    if data.startswith(_PNG) and len(data) >= 24:
-        width, height = struct.unpack_from(">II", data, 16)
-        return width, height
-    if data.startswith(_JPEG):
-        for marker, start in _jpeg_segments(data):
-            if marker in _START_OF_FRAME and start + 7 <= len(data):
-                height, width = struct.unpack_from(">HH", data, start + 3)
-                return width, height
-    return None
-
-
-def _jpeg_segments(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the marker of every segment of a JPEG's header and where its length stands."""
-    position = 2
-    while position + 4 <= len(data) and data[position] == 0xFF:
-        marker = data[position + 1]
-        if marker == 0xFF:
-            position += 1
-            continue
-        yield marker, position + 2
-        position += 2 + int.from_bytes(data[position + 2 : position + 4], "big")

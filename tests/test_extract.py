@@ -2,6 +2,7 @@ import threading
 import time
 from dataclasses import dataclass, field, replace
 
+import cv2
 import numpy as np
 import pytest
 from targets.rendering import bitmap, chessboard, discs, pose_view, project, render
@@ -68,7 +69,10 @@ def test_every_station_is_kept_in_order_with_its_points_or_a_reason():
     assert reasons[1] == "images/1.png: expected an image, found no data"
     assert "320x240" in reasons[2]
     assert "640x480" in reasons[2]
-    assert reasons[3] == "no chessboard of 9x6 inner corners was found"
+    assert reasons[3] == (
+        "no chessboard of 9x6 inner corners was found: the image has nothing but grey levels "
+        "from 99 to 99"
+    )
     kept, unused = features.findings
     assert kept is finding
     assert unused.code == "images-unused"
@@ -150,6 +154,23 @@ def test_no_more_images_than_workers_are_in_memory(workers):
     assert max(most) <= workers
 
 
+@pytest.mark.parametrize(
+    "text", [targets.board_class(name).EXAMPLE for name in targets.TYPES], ids=targets.TYPES
+)
+def test_the_fault_of_an_image_is_told_once_whatever_the_target(text):
+    image, _ = board_image(8)
+    pictures = [
+        Picture(np.zeros((240, 320), np.uint8)),
+        Picture(cv2.GaussianBlur(image, (0, 0), 9.0)),
+        Picture(np.zeros((1, 1), np.uint8)),
+    ]
+    recording = replace(recording_of(text, pictures), camera=None)
+    dark, soft, tiny = (station.reason for station in extract(recording).stations)
+    assert dark.count("the image has nothing but grey levels from 0 to 0, it is too dark") == 1
+    assert soft.count("the image is blurred, its sharpest edge is") == 1
+    assert "found one of 1x1" in tiny
+
+
 def test_a_recording_without_a_target_asks_for_one():
     recording = recording_of(None, [Picture(None)])
     with pytest.raises(UsageError, match="add --target, such as disc-grid:6x6:5mm:4mm or"):
@@ -212,8 +233,6 @@ def test_a_plate_that_looks_the_same_after_a_turn_is_numbered_alike_in_all_image
 
 
 def test_a_target_seen_in_part_keeps_its_ids():
-    import cv2
-
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100)
     marker = cv2.aruco.generateImageMarker(dictionary, 1, 7)
     H = pose_view((2.4, 1.0), distance=6)

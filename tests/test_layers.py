@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "handeye_cli"
 LEVEL = {
     "__init__": 0, "errors": 0, "conventions": 0,
     "geometry": 1,
-    "records": 2, "images": 2,
+    "records": 2, "images": 2, "image_headers": 2,
     "targets": 3, "solvers": 3, "recording": 3, "documents": 3,
     "render": 5,
     "cli": 6, "__main__": 6,
@@ -99,9 +99,9 @@ def test_help_loads_nothing_heavy(words):
     assert not loaded_by(*words) & {"numpy", "scipy", "cv2", "mcap", "yaml"}
 
 
-def test_poses_alone_need_neither_opencv_nor_scipy(tmp_path):
+def test_poses_alone_need_little_more_than_numpy(tmp_path):
     stations = tmp_path / "stations.json"
     stations.write_text(json.dumps(stations_document(6)), encoding="utf-8")
     loaded = loaded_by("solve", str(stations), "-o", str(tmp_path / "calibration.yaml"))
     assert "numpy" in loaded
-    assert not loaded & {"cv2", "scipy"}
+    assert not loaded & {"cv2", "scipy", "typer", "pydantic", "rich"}

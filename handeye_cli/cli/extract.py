@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_input
-from handeye_cli.cli.options import Mcap, Output, Source, Work
+from handeye_cli.cli.options import Mcap, Output, Pictures, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.pictures import draw_pictures, prepare_folder
 from handeye_cli.cli.progress import steps
 
 EXAMPLES = (
-    "handeye extract data.mcap --target disc-grid:6x6:5mm:4mm -o features.yaml",
+    "handeye extract data.mcap --target disc-grid:6x6:5mm:4mm --draw pictures",
     "handeye extract recording.yaml | handeye extrinsics - | handeye solve -",
 )
 
 
-def extract(*, source: Source, mcap: Mcap, work: Work, output: Output) -> None:
+def extract(*, source: Source, mcap: Mcap, work: Work, output: Output, pictures: Pictures) -> None:
     """Find the calibration target's points in the pictures of a recording.
 
     Every station is kept: one whose picture does not show the target says why, and the robot's
-    poses go along with the points.
+    poses go along with the points. `--draw` shows what was found, and where.
     """
     from handeye_cli import pipeline
     from handeye_cli.records import Recording
@@ -27,5 +28,7 @@ def extract(*, source: Source, mcap: Mcap, work: Work, output: Output) -> None:
     opened = open_input(source, mcap)
     with opened.blamed(), steps(work, output) as how:
         pipeline.expect(opened.record, Recording)
+        prepare_folder(pictures, output, opened.record)
         features = pipeline.to_features(opened.record, how)
+        draw_pictures(pictures, output, opened.record, features, how)
     finish("extract", features, output, [opened], given(source, mcap))

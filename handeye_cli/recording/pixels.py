@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.errors import InputError
+from handeye_cli.images import decode_grey, eight_bits
 from handeye_cli.recording.messages import AnyImage, CompressedImageMessage, ImageMessage
 from handeye_cli.records import GreyImage
 
@@ -39,11 +40,8 @@ def _only_channel(samples: Samples) -> GreyImage:
     return np.ascontiguousarray(samples[..., 0], dtype=np.uint8)
 
 
-def _eight_bits(samples: Samples) -> GreyImage:
-    """Scale by the least full range of 8 to 16 bits that holds the brightest sample."""
-    bits = max(8, int(samples.max()).bit_length())
-    levels = np.rint(np.arange(2**bits) * (255.0 / (2**bits - 1))).astype(np.uint8)
-    return np.asarray(levels[samples[..., 0]])
+def _deep_channel(samples: Samples) -> GreyImage:
+    return eight_bits(samples[..., 0].astype(np.uint16, copy=False))
 
 
 def _converted(code: str) -> Callable[[Samples], GreyImage]:
@@ -58,7 +56,7 @@ def _converted(code: str) -> Callable[[Samples], GreyImage]:
 _ENCODINGS = {
     "mono8": _Encoding(1, _only_channel),
     "8UC1": _Encoding(1, _only_channel),
-    "mono16": _Encoding(1, _eight_bits, wide=True),
+    "mono16": _Encoding(1, _deep_channel, wide=True),
     "rgb8": _Encoding(3, _converted("COLOR_RGB2GRAY")),
     "bgr8": _Encoding(3, _converted("COLOR_BGR2GRAY")),
     "8UC3": _Encoding(3, _converted("COLOR_BGR2GRAY")),
@@ -96,8 +94,6 @@ def to_grey(message: AnyImage, label: str) -> GreyImage:
     if reason:
         raise refused(reason, label)
     if isinstance(message, CompressedImageMessage):
-        from handeye_cli.images import decode_grey
-
         return decode_grey(message.data, label)
     encoding = _ENCODINGS[message.encoding]
     return encoding.to_grey(_samples(message, encoding, label))

@@ -1,23 +1,31 @@
-"""Why no grid of discs was found, from what the search saw on its way."""
+"""Why no grid of discs was found, from what the search saw on its way and from the image itself."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from handeye_cli.records import FloatArray, GreyImage
+from handeye_cli.targets import image_faults
 from handeye_cli.targets.disc_spots import BoolArray
 
 _SMALLEST = 6.0
 """Width in pixels below which discs are lost."""
-_SOFT = 8.0
-"""Pixels that the sharpest edge takes in an image that is blurred."""
+_NEEDED = f"at least {_SMALLEST:.0f} px are needed"
 _EDGE = 1.0
 """Pixels from the image's edge within which a disc counts as cut."""
-_FLAT = 15.0
-"""Grey levels that an image without anything to see spans at most."""
+_FEW = 0.1
+"""Share of the discs that may be missing although the plate is the declared one."""
+_CHANCE = 0.2
+"""Share of the grid below which a lattice among other spots may be one by chance."""
+_AMONG = (0.85, 0.6)
+"""Share of the spots that lie on the lattice if it is the plate: of those seen together with it,
+and of those ever seen, up to the number of discs."""
+_HALF = 0.5
+"""Share of the discs that must be seen to take what else is there for theirs."""
+_SIDES = ("left", "top", "right", "bottom")
 
 
 @dataclass
@@ -30,6 +38,7 @@ class Attempts:
         spots: Largest number of spots like discs.
         width: Their median width, pixels.
         covered: Largest number of spots that lie where discs of the grid should be.
+        among: Number of all spots that were seen together with those.
         sides: Sides of the image that cut this grid.
         absent: Discs of this grid that are missing inside the image.
         larger: Whether the grid fits several places of a larger one.
@@ -40,12 +49,15 @@ class Attempts:
     spots: int = 0
     width: float = 0.0
     covered: int = 0
+    among: int = 0
     sides: list[str] = field(default_factory=list)
     absent: int = 0
     larger: bool = False
+    _last: int = field(default=0, init=False, repr=False)
 
     def saw(self, widths: FloatArray) -> None:
-        """Note the widths of spots like discs."""
+        """Note the widths of spots like discs, among which a lattice is sought next."""
+        self._last = len(widths)
         if len(widths) > self.spots:
             self.spots, self.width = len(widths), float(np.median(widths))
 
@@ -63,38 +75,83 @@ class Attempts:
             return
         outside = [_outside(each, size) for each in boxes]
         best = max(outside, key=lambda each: int(each.any(axis=1).sum()))
-        names = np.array(["left", "top", "right", "bottom"])
-        self.covered, self.sides = covered, names[best.any(axis=0)].tolist()
+        self.covered, self.among = covered, self._last
+        self.sides = np.array(_SIDES)[best.any(axis=0)].tolist()
         self.absent = self.expected - covered - int(best.any(axis=1).sum())
 
     def reason(self, grey: GreyImage) -> str:
         """Return the most telling reason for an image without the grid."""
         if self.larger:
             return f"the discs go on beyond {self.name}: the declared grid fits several places"
-        if self.sides and self.absent <= 0.1 * self.expected and self.covered >= 4:
-            where = " and ".join(self.sides)
+        known = self._known()
+        cut = self._cut()
+        # a few spots by chance on a lattice say less than the state of the image
+        discs = self.spots >= _HALF * self.expected
+        cause = None if known and cut else image_faults.fault(grey, all_around=discs)
+        if cut and cause is None:
             found = f"{self.covered} of {self.expected} discs"
-            return f"{found}: the plate leaves the image on the {where}"
-        if self.spots >= self.expected:
+            return f"{found}: the plate leaves the image {_where(self.sides)}"
+        cause = cause or self._narrow()
+        if not known and (self.spots >= self.expected or self._lattice()):
             found = f"{self.spots} spots like discs were found, but no grid of {self.name} among"
-            most = f": at most {self.covered} lie on one" if self.covered else ""
-            return f"{found} them{most}"
-        found = f"{max(self.covered, self.spots)} of {self.expected} discs were found"
-        cause = self._cause(grey)
+            cause = cause or self._another()
+            return f"{found} them: {cause}" if cause else f"{found} them"
+        count = self.covered if known else max(self.covered, self.spots)
+        found = f"{count} of {self.expected} discs were found"
+        cause = cause or (self._incomplete() if known else self._tiny(grey))
         return f"{found}: {cause}" if cause else found
 
-    def _cause(self, grey: GreyImage) -> str | None:
-        smooth = cv2.GaussianBlur(grey, (0, 0), 1.0)
-        dark, light = np.percentile(smooth, [2, 98])
-        if light - dark < _FLAT:
-            return f"the image has nothing but grey levels from {dark:.0f} to {light:.0f}"
-        slopes = [cv2.Sobel(smooth, cv2.CV_32F, *axis, scale=1 / 8) for axis in ((1, 0), (0, 1))]
-        soft = float((light - dark) / max(float(np.hypot(*slopes).max()), 1e-3))
-        if soft > _SOFT:
-            return f"the image is blurred, its sharpest edge is {soft:.0f} px wide"
-        if self.spots and self.width < _SMALLEST:
-            return f"they are {self.width:.1f} px wide, at least {_SMALLEST:.0f} px are needed"
+    def _cut(self) -> bool:
+        least = max(4, min(_CHANCE * self.expected, 0.5 * self.among))
+        few_absent = self.absent <= _FEW * self.expected
+        return bool(self.sides) and self.covered >= least and few_absent
+
+    def _known(self) -> bool:
+        """Say whether what lies on a lattice is the plate, as far as it is seen."""
+        together, ever = _AMONG
+        least = max(together * self.among, ever * min(self.spots, self.expected))
+        enough = self.among < self.expected or self.covered == self.expected
+        return enough and self._lattice() and self.covered >= least
+
+    def _lattice(self) -> bool:
+        """Say whether more spots lie on a lattice than would by chance."""
+        return self.covered >= max(4, _CHANCE * self.expected)
+
+    def _narrow(self) -> str | None:
+        discs = _HALF <= self.spots / self.expected <= 2.0 or self._known()
+        if not discs or self.width >= _SMALLEST:
+            return None
+        return f"they are {self.width:.1f} px wide, {_NEEDED}"
+
+    def _another(self) -> str | None:
+        if not self._lattice():
+            return None
+        most = f"at most {self.covered} lie on one"
+        if self.absent <= _FEW * self.expected:
+            return most
+        return f"{most}; are the numbers, diameter and spacing of its discs as declared?"
+
+    def _incomplete(self) -> str | None:
+        if self.covered == self.expected:
+            return "their edges are not those of discs as large as declared, on a flat plate"
+        # one disc alone cannot be due to a wrong number of rows or columns
+        if self.absent > 1:
+            missing = f"{self.absent} are missing inside the image"
+            return f"{missing}, they are covered or the plate is none of {self.name}"
         return None
+
+    def _tiny(self, grey: GreyImage) -> str | None:
+        count, apart = max(map(image_faults.even_specks, (grey, 255 - grey)))
+        if count < _HALF * self.expected:
+            return None
+        return f"some {count} spots lie {apart:.1f} px apart, too small for discs, {_NEEDED}"
+
+
+def _where(sides: Sequence[str]) -> str:
+    if len(sides) == len(_SIDES):
+        return "on all sides"
+    *most, last = sides
+    return f"on the {', '.join(most)} and {last}" if most else f"on the {last}"
 
 
 def _outside(boxes: FloatArray, size: tuple[int, ...]) -> BoolArray:
