@@ -48,7 +48,7 @@ _WINDOW_BAND = 5.0
 _SLACK = 0.4
 """By how much a disc may move between the rounds, in pixels, without losing pixels."""
 _BLUR_LIMITS = (0.3, 4.0)
-_FIRST_STEPS, _LAST_STEPS = 3, 2
+_FIRST_STEPS, _LAST_STEPS = 2, 2
 _GROWTH, _BLUR, _INK, _LIGHT = 2, 3, 4, 5
 _SHIFT, _COURSE = slice(0, 2), slice(6, None)
 _EVEN, _BENT = 3, 6
@@ -205,18 +205,20 @@ def _left(edges: Edges, shading: _Shading) -> SingleArray:
     return (edges.pixels.grey - shading.light * shading.paper) * edges.weight
 
 
-def _derivatives(edges: Edges, shading: _Shading, state: FloatArray) -> SingleArray:
-    """Return the (n, p, m) derivatives of the grey levels by the parameters."""
+def _linearised(edges: Edges, shading: _Shading, state: FloatArray) -> SingleArray:
+    """Return (n, p + 1, m): derivatives of the grey levels by the parameters, and the residuals."""
     single = state.astype(np.float32)
     blur, ink = single[:, _BLUR, None], single[:, _INK, None]
     terms = edges.pixels.terms[:, : state.shape[1] - _LIGHT]
-    by_distance = shading.light * shading.density * ((ink - 1.0) / blur)
-    J = np.empty((*state.shape, by_distance.shape[1]), dtype=np.float32)
-    np.multiply(edges.by_shift, by_distance[:, None], out=J[:, :3])
-    np.multiply(by_distance, shading.distance / -blur, out=J[:, _BLUR])
-    np.multiply(shading.light, shading.covered, out=J[:, _INK])
-    np.multiply(terms, shading.paper[:, None], out=J[:, _LIGHT:])
-    return J
+    light = shading.light * edges.weight
+    by_distance = light * shading.density * ((ink - 1.0) / blur)
+    rows = np.empty((len(state), state.shape[1] + 1, light.shape[1]), dtype=np.float32)
+    np.multiply(edges.by_shift, by_distance[:, None], out=rows[:, :3])
+    np.multiply(by_distance, shading.distance / -blur, out=rows[:, _BLUR])
+    np.multiply(light, shading.covered, out=rows[:, _INK])
+    np.multiply(terms, (shading.paper * edges.weight)[:, None], out=rows[:, _LIGHT:-1])
+    rows[:, -1] = _left(edges, shading)
+    return rows
 
 
 def _first_state(edges: Edges) -> FloatArray:
@@ -257,13 +259,12 @@ def _iterate(edges: Edges, state: FloatArray, prior: Course | None, steps: int) 
 
     The prior's variance is in units of that of a grey level.
     """
-    weight, blur = edges.weight, float(np.median(state[:, _BLUR]))
+    blur = float(np.median(state[:, _BLUR]))
     shading = _shading(edges, state)
     for _ in range(steps):
-        J = _derivatives(edges, shading, state)
-        # of an array and itself the product would be slower
-        normal = ((J * weight[:, None]) @ np.swapaxes(J, -1, -2)).astype(float)
-        wanted = (J @ _left(edges, shading)[..., None])[..., 0].astype(float)
+        rows = _linearised(edges, shading, state)
+        products = (rows[:, :-1] @ np.swapaxes(rows, -1, -2)).astype(float)
+        normal, wanted = products[..., :-1].copy(), products[..., -1]
         diagonal = np.einsum("nii->ni", normal)
         if prior is not None:
             diagonal[:, _COURSE] += 1.0 / prior.variance
@@ -278,5 +279,5 @@ def _iterate(edges: Edges, state: FloatArray, prior: Course | None, steps: int) 
         if np.max(np.abs(step[:, _SHIFT])) * edges.pixels.half < _STILL * blur:
             break
     left = _left(edges, shading)
-    count = np.sum(weight, axis=1, dtype=float)
+    count = np.sum(edges.weight, axis=1, dtype=float)
     return _Progress(state, normal, np.vecdot(left, left).astype(float), count)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.ring_pixels import ring_pixels
+from handeye_cli.geometry.ring_pixels import Padding, ring_pixels
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -187,14 +187,15 @@ def edge_pixels(
         band: Half of the band's width, pixels.
         every: Every so many pixels are taken, evenly over both directions.
     """
-    column, row, weight = ring_pixels(rings, image.shape, band + _SLACK, every=every)
-    half = np.float32(patches.half)
-    x = (column - patches.middle[:, :1]).astype(np.float32) / half
-    y = (row - patches.middle[:, 1:]).astype(np.float32) / half
-    terms = _monomials(x, y)
+    column, row, count = ring_pixels(rings, image.shape, band + _SLACK, every=every)
+    u = (column - np.repeat(patches.middle[:, 0], count)).astype(np.float32)
+    v = (row - np.repeat(patches.middle[:, 1], count)).astype(np.float32)
+    padding, half = Padding(count), np.float32(patches.half)
+    terms = _monomials(padding.rows(u / half), padding.rows(v / half))
+    grey = image.ravel()[row * image.shape[1] + column]
     return EdgePixels(
-        grey=image[row, column].astype(np.float32),
-        weight=weight,
+        grey=padding.rows(grey.astype(np.float32)),
+        weight=padding.weight,
         terms=terms,
         plate=patches.cubic @ terms,
         slopes=patches.slopes @ terms[:, :6],

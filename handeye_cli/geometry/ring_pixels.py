@@ -17,7 +17,7 @@ _INSIDE = 0.7
 
 def ring_pixels(
     rings: FloatArray, size: tuple[int, ...], band: float, *, every: int = 1
-) -> tuple[IntArray, IntArray, SingleArray]:
+) -> tuple[IntArray, IntArray, IntArray]:
     """Select the pixels within a band around outlines.
 
     Args:
@@ -27,8 +27,7 @@ def ring_pixels(
         every: Every so many pixels are taken.
 
     Returns:
-        (n, m) columns and rows of the pixels, and their weights: 1, and 0 for the padding, which
-        repeats a pixel of the image.
+        Columns and rows of the pixels, one outline after the other, and (n,) their numbers.
     """
     middle = np.rint(rings.mean(axis=1)).astype(np.int64)
     here = rings - middle[:, None]
@@ -83,9 +82,7 @@ def _spans(rings: FloatArray, rows: IntArray) -> tuple[IntArray, IntArray]:
     return np.where(square > 0.0, first, 1), np.where(square > 0.0, last, 0)
 
 
-def _taken(
-    runs: _Runs, size: tuple[int, ...], every: int
-) -> tuple[IntArray, IntArray, SingleArray]:
+def _taken(runs: _Runs, size: tuple[int, ...], every: int) -> tuple[IntArray, IntArray, IntArray]:
     """Return the pixels of runs that are in an image of a height and width."""
     height, width = size[:2]
     across, down = runs.middle[:, :1], runs.middle[:, 1:] + runs.rows
@@ -101,15 +98,24 @@ def _taken(
     if every > 1:
         column, row = column[::every], row[::every]
         count = np.diff(-(-np.cumsum(count) // every), prepend=0)
-    return _padded(column, row, count)
+    return column, row, count
 
 
-def _padded(
-    column: IntArray, row: IntArray, count: IntArray
-) -> tuple[IntArray, IntArray, SingleArray]:
-    """Return (n, m) columns and rows, filled up with the first of each outline, and weights."""
-    held = np.arange(max(int(count.max()), 1)) < count[:, None]
-    begin = np.minimum(np.cumsum(count) - count, max(len(column) - 1, 0))
-    columns, rows = (np.tile(each[begin, None], held.shape[1]) for each in (column, row))
-    columns[held], rows[held] = column, row
-    return columns, rows, held.astype(np.float32)
+class Padding:
+    """Puts what belongs to n outlines, one after the other, into rows of one length."""
+
+    def __init__(self, count: IntArray) -> None:
+        """Take the (n,) numbers of what belongs to each."""
+        self._held = np.arange(max(int(count.max()), 1)) < count[:, None]
+        self._first = np.minimum(np.cumsum(count) - count, max(int(count.sum()) - 1, 0))
+
+    @property
+    def weight(self) -> SingleArray:
+        """(n, m) 1, and 0 for the padding."""
+        return self._held.astype(np.float32)
+
+    def rows(self, values: SingleArray) -> SingleArray:
+        """Return (n, m) values, each row filled up with its first."""
+        out = np.repeat(values[self._first, None], self._held.shape[1], axis=1)
+        out[self._held] = values
+        return out

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
-from handeye_cli.records import Camera, FloatArray
+from handeye_cli.records import Camera, FloatArray, IntArray
 from handeye_cli.simulate.random_views import DiscView
 from handeye_cli.simulate.render import paint_target
 from handeye_cli.simulate.scenery import shade
@@ -47,7 +46,8 @@ def centre_bound(camera: Camera, view: DiscView) -> FloatArray:
     row, column = np.divmod(touched, camera.width)
     points = np.pad(discs[:, :2], ((0, 0), (0, 1)))
     centres = _pixels(camera, view.camera_T_target, points)
-    _, owner = cKDTree(centres).query(np.stack([column, row], axis=1))
+    rims = _pixels(camera, view.camera_T_target, points + discs[:, 2:] * [1.0, 0.0, 0.0])
+    owner = _nearest(np.stack([column, row], axis=1), centres, rims)
     x, y = (slope.ravel()[touched] for slope in slopes)
     sums = [np.bincount(owner, each, len(discs)) for each in (x * x, x * y, x * y, y * y)]
     information = np.stack(sums, axis=1).reshape(-1, 2, 2)
@@ -57,6 +57,13 @@ def centre_bound(camera: Camera, view: DiscView) -> FloatArray:
     by_plate = np.stack([a - b for a, b in zip(ends, begins, strict=True)], axis=-1) / (2 * step)
     spread = variance * np.linalg.inv(information)
     return np.asarray(by_plate @ spread @ np.swapaxes(by_plate, -1, -2))
+
+
+def _nearest(pixels: IntArray, centres: FloatArray, rims: FloatArray) -> IntArray:
+    """Return the (m,) disc whose edge is nearest to each of (m, 2) pixels, nearly."""
+    radius = np.linalg.norm(rims - centres, axis=1)
+    apart = np.linalg.norm(pixels[:, None] - centres, axis=-1)
+    return np.asarray(np.argmin(np.abs(apart - radius), axis=1))
 
 
 def _shifts(step: float) -> FloatArray:

@@ -1,12 +1,14 @@
 """Eq. (28)-(33) as the paper prints them (repaired), and against simulated calibrations."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from handeye_cli.conventions import MIL, MRAD, Setup
 from handeye_cli.geometry import error_formulas, rotations, se3
 from handeye_cli.geometry.error_formulas import CriticalFactors, StationNoise
-from handeye_cli.geometry.star import star_pairs
+from handeye_cli.geometry.star import all_pairs, star_pairs
 from handeye_cli.geometry.station_generator import generate_stations, robot_poses
 from handeye_cli.geometry.statistics import MAX_OVER_RMS
 from handeye_cli.solvers import Problem, tsai_lenz
@@ -200,6 +202,29 @@ def test_critical_factors_against_a_loop_over_pairs(count):
     assert found.sine == pytest.approx(np.sqrt(np.mean(np.square(sines))), rel=1e-12)
     assert found.angle == pytest.approx(np.sqrt(np.mean(np.sum(turns**2, axis=1))), rel=1e-12)
     assert found.robot_distance == pytest.approx(np.sqrt(np.mean(np.square(moves))), rel=1e-12)
+
+
+@pytest.mark.parametrize("choose", [star_pairs, all_pairs])
+@pytest.mark.parametrize("count", [3, 6, 9])
+def test_successive_axes_against_a_loop_over_stations(count, choose):
+    pairs = choose(count)
+    A, B = stations(count)
+    motion_g, motion_c = motions(A, B, pairs)
+    units = _logs(motion_g) / np.linalg.norm(_logs(motion_g), axis=1, keepdims=True)
+    expected = []
+    for station in range(count):
+        touching = [k for k, pair in enumerate(pairs) if station in pair]
+        for k, m in itertools.pairwise(touching):
+            expected.append(np.arccos(min(abs(units[k] @ units[m]), 1.0)))
+    for motion in (motion_g, motion_c):
+        found = error_formulas.successive_axes_angles(motion, pairs)
+        assert len(found) == 2 * len(pairs) - count
+        np.testing.assert_allclose(np.sort(found), np.sort(expected), atol=1e-7)
+
+
+def test_a_motion_without_rotation_has_no_axis():
+    still = np.tile(np.eye(4), (3, 1, 1))
+    assert not error_formulas.successive_axes_angles(still, star_pairs(3)).any()
 
 
 def simulated(count: int, trials: int, seed: int) -> np.ndarray:

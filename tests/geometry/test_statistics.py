@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from handeye_cli.geometry.statistics import MAX_OVER_RMS, radius
+from handeye_cli.geometry.statistics import MAX_OVER_RMS, median, radius
 
 FREEDOMS = [2.0, 3.5, 20.0, 100.0]
 
@@ -118,3 +118,9 @@ def test_a_negative_rounding_of_an_eigenvalue_is_taken_as_zero():
 
 def test_max_over_rms_is_the_largest_of_a_thousand():
     assert pytest.approx(stats.chi.ppf(0.999, 3) / np.sqrt(3.0), abs=5e-5) == MAX_OVER_RMS
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 11])
+def test_the_median_is_numpys(count):
+    values = np.random.default_rng(count).normal(size=count)
+    assert median(values) == np.median(values)
