@@ -24,6 +24,8 @@ _NOTICEABLE = 0.3
 """Offsets between centres and middles, in pixels, that the pose of the plate should know of."""
 _LARGEST_MISFIT = 25.0
 """Mean square residual, over the median of all discs, of a disc that is covered or stained."""
+_LARGEST_SIGMA = 0.3
+"""Standard deviation in pixels above which a centre is not worth having."""
 _LOWEST_CONTRAST = 0.3
 """Contrast, over the median of all discs, below which a disc is no disc."""
 
@@ -96,9 +98,11 @@ def _ellipses(discs: FloatArray, to_pixel: PlateToPixel, middles: FloatArray) ->
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
     relative = fit.contrast / np.median(fit.contrast)
+    sigma = np.sqrt(np.trace(fit.covariance, axis1=1, axis2=2) / 2.0)
     return np.asarray(
         (np.linalg.norm(fit.pixels - rough, axis=1) < _FARTHEST)
         & (np.abs(fit.growth - np.median(fit.growth)) < _LARGEST_GROWTH)
+        & (sigma < _LARGEST_SIGMA)
         & (fit.misfit < _LARGEST_MISFIT)
         & (relative > _LOWEST_CONTRAST)
     )
