@@ -8,8 +8,8 @@ import numpy as np
 
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.geometry import se3
-from handeye_cli.records import FloatArray, IntArray, Stations
+from handeye_cli.geometry import pnp, se3
+from handeye_cli.records import FloatArray, IntArray, Noise, Stations
 
 MIN_STATIONS = 3
 
@@ -25,6 +25,8 @@ class Chain:
         by_robot: (N, 6, 6) derivative of A's perturbation by that of base_T_gripper.
         camera_covariance: (N, 6, 6) of B's perturbation; zero where the document has none.
         has_covariance: Whether every station came with a covariance.
+        by_intrinsics: (N, 6, m) how the B_i move with m independent errors of unit variance in the
+            intrinsics that all of them rest on; m is 0 where the intrinsics are taken as exact.
     """
 
     index: IntArray
@@ -33,8 +35,9 @@ class Chain:
     by_robot: FloatArray
     camera_covariance: FloatArray
     has_covariance: bool
+    by_intrinsics: FloatArray
 
-    def part(self, rows: slice) -> Chain:
+    def part(self, rows: slice | IntArray) -> Chain:
         """Return the chain of some of its stations."""
         return replace(
             self,
@@ -43,6 +46,7 @@ class Chain:
             B=self.B[rows],
             by_robot=self.by_robot[rows],
             camera_covariance=self.camera_covariance[rows],
+            by_intrinsics=self.by_intrinsics[rows],
         )
 
 
@@ -75,4 +79,19 @@ def chain_of(stations: Stations) -> Chain:
         else se3.inverse_jacobian(robot),
         camera_covariance=np.array([np.zeros((6, 6)) if C is None else C for C in covariances]),
         has_covariance=all(C is not None for C in covariances),
+        by_intrinsics=np.zeros((len(robot), 6, 0)),
     )
+
+
+def has_pixels(stations: Stations, chain: Chain) -> bool:
+    """Return whether pixels stand behind the target poses of all stations of a chain.
+
+    Given levels of the camera's noise stand above what the pixels say; then they do not.
+    """
+    noise = stations.noise or Noise()
+    if stations.target is None or stations.camera is None:
+        return False
+    if noise.camera_rotation is not None or noise.camera_translation is not None:
+        return False
+    seen = [stations.stations[index].observation for index in chain.index]
+    return all(each is not None and len(each.ids) >= pnp.MIN_POINTS for each in seen)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -64,19 +64,25 @@ def extract(
     board = targets.build(recording.target)
     look = partial(_look, board=board, camera=recording.camera)
     looks = each_image(look, recording.stations, workers=workers, progress=progress)
+    shown = [each.seen for each in looks if each.seen is not None]
+    settled, choice = board.settled(shown)
+    if len({seen.note for seen in shown}) > 1:
+        # what an image alone took for another look is looked at as what all of them show
+        look = partial(_look, board=settled, camera=recording.camera)
+        looks = each_image(look, recording.stations, workers=workers)
     size = _common_size(looks)
     stations = tuple(_of_size(each, size) for each in looks)
     features = Features(
         setup=recording.setup,
         stations=stations,
-        target=recording.target,
+        target=recording.target if settled is board else settled.spec,
         camera=recording.camera,
         image_size=size,
         noise=recording.noise,
-        findings=recording.findings + _unused(stations),
+        findings=recording.findings + ((choice,) if choice else ()) + _unused(stations),
         provenance=recording.provenance,
     )
-    return _ordered(features, board)
+    return _ordered(features, settled)
 
 
 def each_image(
@@ -113,10 +119,17 @@ def each_image(
 
 @dataclass(frozen=True)
 class _Look:
-    """A station after a look at its image, and the image's (width, height) if it could be read."""
+    """A station after a look at its image.
+
+    Attributes:
+        station: With what was found, or the reason why nothing was.
+        size: Width and height of the image, None when it could not be read.
+        seen: What was found, or None.
+    """
 
     station: Station
     size: tuple[int, int] | None = None
+    seen: targets.Detection | None = None
 
 
 def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None) -> _Look:
@@ -128,12 +141,13 @@ def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None
     wrong = _wrong_size(grey, camera)
     if wrong is not None:
         return _Look(_without(station, wrong))
-    seen = board.refine(grey, board.detect(grey), camera)
+    rough = board.detect(grey)
+    seen = replace(board.refine(grey, rough, camera), note=rough.note)
     size = (grey.shape[1], grey.shape[0])
     if seen.reason is not None:
         return _Look(_without(station, _with_fault(seen.reason, grey)), size)
     observation = Observation(seen.ids, seen.pixels, seen.sigma_px)
-    return _Look(Station(recorded.name, recorded.base_T_gripper, observation), size)
+    return _Look(Station(recorded.name, recorded.base_T_gripper, observation), size, seen)
 
 
 def _with_fault(reason: str, grey: GreyImage) -> str:

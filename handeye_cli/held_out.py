@@ -15,7 +15,7 @@ from handeye_cli.geometry import se3
 from handeye_cli.records import FloatArray
 from handeye_cli.solvers.problem import Solution
 
-_SIGNIFICANCE = 0.01
+SIGNIFICANCE = 0.01
 """Chance that a good calibration is called inconsistent with its prediction."""
 
 
@@ -25,13 +25,16 @@ class HeldOutErrors:
 
     Attributes:
         vectors: (M, 6) perturbations that take `Z B^-1` to `A X`, in the reference frame.
-        by_solution: (M, 6, 12) their derivatives by X and Z.
+        by_common: (M, 6, 12 + m) their derivatives by X, Z and the m errors of the intrinsics
+            (`Chain.by_intrinsics`).
         by_poses: (M, 6, 12) their derivatives by A_k and B_k.
+        camera_T_target: (M, 4, 4) where robot and calibration expect the target.
     """
 
     vectors: FloatArray
-    by_solution: FloatArray
+    by_common: FloatArray
     by_poses: FloatArray
+    camera_T_target: FloatArray
 
     @property
     def rotation(self) -> FloatArray:
@@ -51,12 +54,17 @@ class HeldOutPrediction:
     Attributes:
         rotation: RMS angle, radians.
         translation: RMS distance, metres.
-        consistent: Whether chance explains that the seen errors are as large as they are.
+        chance: Probability of errors as large as the seen ones, or larger, if all is well.
     """
 
     rotation: float
     translation: float
-    consistent: bool
+    chance: float
+
+    @property
+    def consistent(self) -> bool:
+        """Whether chance explains that the seen errors are as large as they are."""
+        return self.chance > SIGNIFICANCE
 
 
 def held_out_errors(chain: Chain, solution: Solution) -> HeldOutErrors:
@@ -64,22 +72,48 @@ def held_out_errors(chain: Chain, solution: Solution) -> HeldOutErrors:
 
     Args:
         chain: The stations.
-        solution: X and Z of a calibration that has not seen them.
+        solution: X and Z of a calibration that has not seen them; (4, 4), or (M, 4, 4) where each
+            station has a calibration of its own.
     """
     X, Z, to_camera = solution.X, solution.Z, se3.inverse(chain.B)
     by_robot, by_answer = se3.compose_jacobians(chain.A, X)
     by_target, by_inverse = se3.compose_jacobians(Z, to_camera)
     by_camera = by_inverse @ se3.inverse_jacobian(chain.B)
     by_robot = np.broadcast_to(by_robot, by_camera.shape)
+    expected = chain.A @ X
+    by_intrinsics = -by_camera @ chain.by_intrinsics
     return HeldOutErrors(
-        vectors=se3.difference(chain.A @ X, Z @ to_camera),
-        by_solution=np.concatenate([by_answer, -by_target], axis=-1),
+        vectors=se3.difference(expected, Z @ to_camera),
+        by_common=np.concatenate([by_answer, -by_target, by_intrinsics], axis=-1),
         by_poses=np.concatenate([by_robot, -by_camera], axis=-1),
+        camera_T_target=se3.inverse(expected) @ Z,
     )
 
 
+def error_covariances(
+    errors: HeldOutErrors, common: FloatArray, stations: FloatArray
+) -> FloatArray:
+    """Return the (M, 6, 6) covariances of the errors.
+
+    Args:
+        errors: Their derivatives.
+        common: (12 + m, 12 + m), or one for each station: covariance of X, Z and the intrinsics.
+        stations: (M, 12, 12) covariances of the stations' own poses.
+    """
+    return own_covariances(errors, stations) + _carried(errors.by_common, common)
+
+
+def own_covariances(errors: HeldOutErrors, stations: FloatArray) -> FloatArray:
+    """Return the (M, 6, 6) part of the errors' covariances that is the stations' own."""
+    return _carried(errors.by_poses, stations)
+
+
+def _carried(J: FloatArray, covariance: FloatArray) -> FloatArray:
+    return np.asarray(J @ covariance @ np.swapaxes(J, -1, -2))
+
+
 def predict_errors(
-    errors: HeldOutErrors, solution: FloatArray, stations: FloatArray, freedom: float
+    errors: HeldOutErrors, common: FloatArray, stations: FloatArray, freedom: float
 ) -> HeldOutPrediction:
     """Predict the errors' RMS, and judge whether the seen ones are consistent with it.
 
@@ -88,31 +122,67 @@ def predict_errors(
 
     Args:
         errors: The seen errors.
-        solution: (12, 12) covariance of X and Z.
+        common: (12 + m, 12 + m) covariance of X, Z and the intrinsics.
         stations: (M, 12, 12) covariances of the stations' own poses.
         freedom: Degrees of freedom with which the noise was estimated; infinite when given.
     """
+    shared = errors.by_common @ root_of(common)
+    squares = weighted_squares(errors.vectors, own_covariances(errors, stations), shared)
+    rotation, translation = rms_of(error_covariances(errors, common, stations))
+    chance = chance_of(squares, errors.vectors.size, freedom)
+    return HeldOutPrediction(rotation, translation, float(chance))
+
+
+def rms_of(covariances: FloatArray) -> tuple[float, float]:
+    """Return the RMS of rotation and translation that (M, 6, 6) covariances predict."""
+    variances = np.einsum("nii->ni", covariances).mean(axis=0)
+    return float(np.sqrt(variances[3:].sum())), float(np.sqrt(variances[:3].sum()))
+
+
+def chance_of(
+    squares: FloatArray | float, count: int, freedom: FloatArray | float = math.inf
+) -> FloatArray:
+    """Return the probability of weighted squares as large as these, or larger.
+
+    Args:
+        squares: (...) sums of squares, weighted with their covariance.
+        count: How many independent squares each sums up.
+        freedom: (...) degrees of freedom with which the scale of the covariance was estimated;
+            infinite when known.
+    """
     from scipy.special import chdtrc, fdtrc
 
-    own = errors.by_poses @ stations @ np.swapaxes(errors.by_poses, -1, -2)
-    shared = errors.by_solution @ solution @ np.swapaxes(errors.by_solution, -1, -2)
-    traces = np.einsum("nii->ni", own + shared).mean(axis=0)
-    count = errors.vectors.size
-    squares = _weighted_squares(errors, solution, own)
-    tail = chdtrc(count, squares) if math.isinf(freedom) else fdtrc(count, freedom, squares / count)
-    return HeldOutPrediction(
-        rotation=float(np.sqrt(traces[3:].sum())),
-        translation=float(np.sqrt(traces[:3].sum())),
-        consistent=bool(tail > _SIGNIFICANCE),
+    known = np.isinf(freedom)
+    finite = np.where(known, 1.0, freedom)
+    squares = np.asarray(squares)
+    return np.asarray(
+        np.where(known, chdtrc(count, squares), fdtrc(count, finite, squares / count))
     )
 
 
-def _weighted_squares(errors: HeldOutErrors, solution: FloatArray, own: FloatArray) -> float:
-    """Return e' (D + U C U')^-1 e without forming the (6 M, 6 M) matrix (Woodbury's identity)."""
-    values, vectors = np.linalg.eigh(solution)
-    shared = errors.by_solution @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-    weighted = np.linalg.solve(own, np.concatenate([shared, errors.vectors[..., None]], axis=-1))
-    inner = np.eye(12) + np.einsum("nij,nik->jk", shared, weighted[..., :-1])
-    along = np.einsum("nij,ni->j", shared, weighted[..., -1])
-    plain = float(np.sum(errors.vectors * weighted[..., -1]))
-    return plain - float(along @ np.linalg.solve(inner, along))
+def root_of(covariance: FloatArray) -> FloatArray:
+    """Return a square root of a covariance, which may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def weighted_squares(
+    vectors: FloatArray, own: FloatArray, shared: FloatArray, fitted: FloatArray | None = None
+) -> float:
+    """Return e' (D + U U')^-1 e without forming the (6 M, 6 M) matrix (Woodbury's identity).
+
+    Args:
+        vectors: (M, 6) errors e.
+        own: (M, 6, 6) blocks of D.
+        shared: (M, 6, k) rows of U: what unit errors, common to all stations, add.
+        fitted: (M, 6, l) derivatives by unknowns that are fitted: the squares are the smallest.
+    """
+    free = np.zeros((*shared.shape[:-1], 0)) if fitted is None else fitted
+    common = np.concatenate([shared, free], axis=-1)
+    weighted = np.linalg.solve(own, np.concatenate([common, vectors[..., None]], axis=-1))
+    known = np.repeat([1.0, 0.0], [shared.shape[-1], free.shape[-1]])
+    inner = np.diag(known) + np.einsum("nij,nik->jk", common, weighted[..., :-1])
+    along = np.einsum("nij,ni->j", common, weighted[..., -1])
+    scale = 1.0 / np.sqrt(np.diag(inner))
+    part = scale * np.linalg.solve(scale[:, None] * inner * scale, scale * along)
+    return float(np.sum(vectors * weighted[..., -1])) - float(along @ part)

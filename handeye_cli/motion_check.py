@@ -11,6 +11,7 @@ import numpy as np
 from handeye_cli.chain import Chain
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
+from handeye_cli.geometry import statistics
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.observability import (
     MotionSpread,
@@ -20,8 +21,8 @@ from handeye_cli.geometry.observability import (
     screw_scale,
 )
 from handeye_cli.records import FloatArray, IntArray, PredictedError
+from handeye_cli.solvers.motions import interstation_motions
 from handeye_cli.solvers.problem import Solution
-from handeye_cli.solvers.tsai_lenz import interstation_motions
 
 _SIGNIFICANCE = 4.0
 """A rotation has to exceed the noise by this factor to count."""
@@ -79,7 +80,10 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
             "the translation along it are not determined",
             hint="add stations turned about another axis, by 20 deg or more",
         )
-    _check_scale(screw_scale(*motions))
+    scale = screw_scale(*motions)
+    # Of motions without a translation along their axes, as on a circle, noise is all there is.
+    if scale.signal > _SIGNIFICANCE * spread.mismatch:
+        _check_scale(scale)
     return spread
 
 
@@ -117,9 +121,9 @@ def check_agreement(chain: Chain, solution: Solution) -> None:
             noise.
     """
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
-    turned = float(np.median(np.linalg.norm(residuals[:, 3:], axis=1)))
-    moved = float(np.median(np.linalg.norm(residuals[:, :3], axis=1)))
-    away = float(np.median(np.linalg.norm(chain.B[:, :3, 3], axis=1)))
+    turned = statistics.median(np.linalg.norm(residuals[:, 3:], axis=1))
+    moved = statistics.median(np.linalg.norm(residuals[:, :3], axis=1))
+    away = statistics.median(np.linalg.norm(chain.B[:, :3, 3], axis=1))
     if turned > _CONTRADICTION:
         found = f"turned by {np.degrees(turned):.1f} deg"
     elif moved > _MOVED * away:

@@ -44,10 +44,29 @@ class NoiseModel:
     converged: bool = True
 
 
+@dataclass(frozen=True)
+class Loops:
+    """The stations' loops as linear equations in what is common to them.
+
+    Attributes:
+        residuals: (N, 6) of the stations.
+        design: (N, 6, p) derivative by the common unknowns.
+        by_poses: (N, 6, 12) derivative by the perturbations of A_i and B_i.
+        other_residuals: (q,) of further equations in the same unknowns, of unit variance.
+        other_design: (q, p) their derivative.
+    """
+
+    residuals: FloatArray
+    design: FloatArray
+    by_poses: FloatArray
+    other_residuals: FloatArray
+    other_design: FloatArray
+
+
 def noise_model(
     chain: Chain, given: Noise | None, solution: Solution, start: Noise | None = None
 ) -> NoiseModel:
-    """Return the noise of the stations' poses.
+    """Return the noise of the stations' poses, by the residuals of a solution.
 
     Args:
         chain: The stations.
@@ -55,6 +74,25 @@ def noise_model(
             of the camera where the robot's are given and the stations have no covariances.
         solution: A solution to take the residuals at.
         start: Levels to start the estimation from; the size of the residuals when not given.
+    """
+    loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
+    shared = chain.by_intrinsics.shape[-1]
+    loops = Loops(
+        residuals=loop.residuals,
+        design=np.concatenate([loop.by_unknowns, loop.by_camera @ chain.by_intrinsics], axis=-1),
+        by_poses=np.concatenate([loop.by_robot, loop.by_camera], axis=-1),
+        other_residuals=np.zeros(shared),
+        other_design=np.eye(shared, 12 + shared, 12),
+    )
+    return noise_of_loops(chain, given, loops, start)
+
+
+def noise_of_loops(
+    chain: Chain, given: Noise | None, loops: Loops, start: Noise | None = None
+) -> NoiseModel:
+    """Return the noise of the stations' poses, by loops that may share more than X and Z.
+
+    The arguments but `loops` are those of `noise_model`.
     """
     given = given or Noise()
     levels = {name: getattr(given, name) for name in (*_ROBOT, *_CAMERA)}
@@ -71,12 +109,11 @@ def noise_model(
         nothing = np.zeros((0, *known.shape))
         summary = _summary(given, chain, known)
         return NoiseModel(summary, known, np.zeros(0), nothing, np.zeros((0, 0)))
-    begin = _size_of_residuals(chain, solution) if start is None else start
-    return _estimated(chain, given, solution, known, {name: getattr(begin, name) for name in free})
+    begin = _size_of(loops.residuals) if start is None else start
+    return _estimated(chain, given, loops, known, {name: getattr(begin, name) for name in free})
 
 
-def _size_of_residuals(chain: Chain, solution: Solution) -> Noise:
-    residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
+def _size_of(residuals: FloatArray) -> Noise:
     translation, rotation = np.sqrt(np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1))
     return Noise(*2 * (float(rotation), float(translation)))
 
@@ -94,17 +131,16 @@ def _shape(chain: Chain, name: str) -> FloatArray:
 
 
 def _estimated(
-    chain: Chain, given: Noise, solution: Solution, known: FloatArray, free: dict[str, float]
+    chain: Chain, given: Noise, loops: Loops, known: FloatArray, free: dict[str, float]
 ) -> NoiseModel:
-    loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-    by_poses_t = np.swapaxes(by_poses, -1, -2)
+    by_poses, by_poses_t = loops.by_poses, np.swapaxes(loops.by_poses, -1, -2)
     shapes = np.array([_shape(chain, name) for name in free])
+    other = _in_blocks(loops)
     found = variance.estimate(
-        residuals=loop.residuals,
-        design=loop.by_unknowns,
-        known=by_poses @ known @ by_poses_t,
-        shapes=by_poses @ shapes @ by_poses_t,
+        residuals=np.concatenate([loops.residuals, other.residuals]),
+        design=np.concatenate([loops.design, other.design]),
+        known=np.concatenate([by_poses @ known @ by_poses_t, other.known]),
+        shapes=np.concatenate([by_poses @ shapes @ by_poses_t, other.shapes(len(free))], axis=1),
         start=np.array(list(free.values())) ** 2,
         floor=np.full(len(free), _FLOOR**2),
     )
@@ -114,6 +150,28 @@ def _estimated(
     return NoiseModel(
         noise, covariance, found.variances, shapes, found.information, found.converged
     )
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """Further equations as blocks of the stations' size, filled up with equations of nothing."""
+
+    residuals: FloatArray
+    design: FloatArray
+
+    @property
+    def known(self) -> FloatArray:
+        return np.tile(np.eye(6), (len(self.residuals), 1, 1))
+
+    def shapes(self, count: int) -> FloatArray:
+        return np.zeros((count, len(self.residuals), 6, 6))
+
+
+def _in_blocks(loops: Loops) -> _Blocks:
+    missing = -len(loops.other_residuals) % 6
+    residuals = np.pad(loops.other_residuals, (0, missing)).reshape(-1, 6)
+    design = np.pad(loops.other_design, ((0, missing), (0, 0)))
+    return _Blocks(residuals, design.reshape(-1, 6, design.shape[-1]))
 
 
 def _summary(levels: Noise, chain: Chain, covariance: FloatArray) -> Noise:

@@ -125,13 +125,26 @@ def _handed_on(record: Handed) -> Handed:
     return documents.as_written(record)
 
 
-def to_calibration(record: Any, steps: Steps, *, method: str, pairs: str) -> Calibration:
+def to_calibration(
+    record: Any, steps: Steps, *, method: str, pairs: str, compare: bool = False
+) -> Calibration:
     """Return where the camera sits, from any record up to the stations.
+
+    Args:
+        record: Any record up to the stations.
+        steps: How the steps before are run.
+        method: A row of the table of solvers.
+        pairs: `star` or `all`.
+        compare: Whether all other methods are listed beside it.
 
     Raises:
         InputError: The record is of a later stage.
         UsageError: The method or the pairs are unknown.
     """
+    if compare:
+        from handeye_cli import compare as comparison
+
+        return comparison.compare(_ready_stations(record, steps), method=method, pairs=pairs)
     from handeye_cli.solve import solve
 
     return solve(_ready_stations(record, steps), method=method, pairs=pairs)
@@ -145,8 +158,10 @@ def to_verification(
     counts: Sequence[int] | None,
     method: str,
     pairs: str,
+    leave_one_out: bool = False,
+    target_moved: bool = False,
 ) -> Verification:
-    """Return held-out errors: of an existing calibration, or of the paper's protocol.
+    """Return held-out errors: of an existing calibration, the paper's protocol, or leave-one-out.
 
     Args:
         record: Any record up to the stations, to verify on and, where there is no calibration, to
@@ -156,16 +171,21 @@ def to_verification(
         counts: Stations to calibrate on, for each row; half of them when None.
         method: A row of the table of solvers.
         pairs: `star` or `all`.
+        leave_one_out: Whether each station is predicted by a calibration on all others.
+        target_moved: Whether the target was moved after the calibration.
 
     Raises:
         UsageError: A count is out of range.
         InputError: The record is of a later stage, or the calibration is for another setup.
     """
+    from handeye_cli import leave_one_out as leaving_one_out
     from handeye_cli.verify import verify, verify_calibration
 
     stations = _ready_stations(record, steps)
     if calibration is not None:
-        return verify_calibration(stations, calibration)
+        return verify_calibration(stations, calibration, target_moved=target_moved)
+    if leave_one_out:
+        return leaving_one_out.leave_one_out(stations, method=method, pairs=pairs)
     return verify(stations, counts=counts, method=method, pairs=pairs)
 
 

@@ -8,9 +8,11 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.geometry import error_formulas, statistics
+from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.noise_levels import NoiseModel
 from handeye_cli.records import FloatArray, IntArray, PaperPrediction, PredictedError
-from handeye_cli.solvers.tsai_lenz import interstation_motions
+from handeye_cli.solvers.motions import interstation_motions
+from handeye_cli.solvers.problem import Solution
 
 _PROBABILITY = 0.95
 _PARTS = (slice(3, 6), slice(0, 3))
@@ -24,12 +26,17 @@ def solution_covariance(influence: FloatArray, covariance: FloatArray) -> FloatA
         influence: (N, 12, 12) how they move with each station's poses.
         covariance: (N, 12, 12) of those poses; stations are independent.
     """
-    total = np.einsum("nij,njk,nlk->il", influence, covariance, influence)
+    # as one product of long matrices: over thousands of stations far faster than a sum of triples
+    weighted = np.moveaxis(influence @ covariance, 0, 1).reshape(influence.shape[1], -1)
+    total = weighted @ np.moveaxis(influence, 0, 1).reshape(influence.shape[1], -1).T
     return np.asarray((total + total.T) / 2)
 
 
 def predicted_error(
-    influence: FloatArray, model: NoiseModel, paper: PaperPrediction | None
+    influence: FloatArray,
+    model: NoiseModel,
+    paper: PaperPrediction | None,
+    shared: FloatArray | None = None,
 ) -> PredictedError:
     """Return RMS and 95 % radius of the answer's rotation and translation error.
 
@@ -40,8 +47,9 @@ def predicted_error(
         influence: (N, 12, 12) of the solution.
         model: The noise of the stations' poses.
         paper: The paper's own prediction, to stand beside it.
+        shared: (12, 12) covariance from what all stations have in common, such as intrinsics.
     """
-    covariance = solution_covariance(influence, model.covariance)
+    covariance = _total(influence, model, shared)
     slopes = [solution_covariance(influence, shape) for shape in model.shapes]
     rms, wide = [], []
     for part in _PARTS:
@@ -52,7 +60,9 @@ def predicted_error(
     return PredictedError(rms[0], rms[1], wide[0], wide[1], paper)
 
 
-def scale_freedom(influence: FloatArray, model: NoiseModel) -> float:
+def scale_freedom(
+    influence: FloatArray, model: NoiseModel, shared: FloatArray | None = None
+) -> float:
     """Return the degrees of freedom with which the scale of a prediction was estimated.
 
     The smaller one of rotation and translation is taken; infinite where the noise was given.
@@ -60,10 +70,49 @@ def scale_freedom(influence: FloatArray, model: NoiseModel) -> float:
     Args:
         influence: (N, 12, 12) of the solution.
         model: The noise of the stations' poses.
+        shared: (12, 12) covariance from what all stations have in common.
     """
-    covariance = solution_covariance(influence, model.covariance)
+    covariance = _total(influence, model, shared)
     slopes = [solution_covariance(influence, shape) for shape in model.shapes]
     return min(_part_freedom(covariance, slopes, part, model) for part in _PARTS)
+
+
+def noise_freedom(
+    chain: Chain, solution: Solution, model: NoiseModel, part: slice = slice(0, 6)
+) -> float:
+    """Return the degrees of freedom with which the size of the stations' noise was estimated.
+
+    Squares of other stations' errors, weighted with the inverse of an estimated covariance, are on
+    average larger than with that of the true one; as many degrees of freedom give F the same mean.
+    Each level counts by its share in the covariances of the loops' residuals, which are those of
+    the errors at other stations as well.
+
+    Args:
+        chain: The stations it was estimated from.
+        solution: Where to linearise their loops.
+        model: Their noise.
+        part: Of the six residuals, those that count: the translation is (0, 3).
+
+    Returns:
+        At least 1, which is no estimate at all; infinite where the noise was given.
+    """
+    if not len(model.shapes):
+        return math.inf
+    loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
+    J = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)[:, part]
+    inverse = np.linalg.inv(J @ model.covariance @ np.swapaxes(J, -1, -2))
+    shares = inverse @ (J @ model.shapes @ np.swapaxes(J, -1, -2))
+    products = np.einsum("knij,lnji->kl", shares, shares) / len(chain.A)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(model.information), 1e-300))
+    scaled = model.information * scale[:, None] * scale
+    spread = np.linalg.pinv(scaled, hermitian=True) * scale[:, None] * scale
+    excess = float(np.sum(spread * products)) / J.shape[1]
+    return max(2.0 / excess, 1.0) if excess > 0.0 else math.inf
+
+
+def _total(influence: FloatArray, model: NoiseModel, shared: FloatArray | None) -> FloatArray:
+    covariance = solution_covariance(influence, model.covariance)
+    return covariance if shared is None else covariance + shared
 
 
 def _part_freedom(

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from handeye_cli import solvers
-from handeye_cli.chain import Chain, chain_of
+from handeye_cli.advice import advise
+from handeye_cli.chain import Chain, chain_of, has_pixels
 from handeye_cli.errors import ConvergenceError, UsageError
+from handeye_cli.estimates import Estimate
 from handeye_cli.geometry import star
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.motion_check import (
@@ -18,12 +20,13 @@ from handeye_cli.motion_check import (
     check_motions,
 )
 from handeye_cli.noise_levels import NoiseModel, noise_model
-from handeye_cli.predict import paper_prediction, predicted_error, solution_covariance
+from handeye_cli.predict import noise_freedom, paper_prediction, predicted_error
 from handeye_cli.records import (
     Calibration,
     FloatArray,
     IntArray,
     Noise,
+    PredictedError,
     StationResidual,
     Stations,
     UncertainPose,
@@ -32,6 +35,8 @@ from handeye_cli.solvers import Problem, Solution
 
 PAIRS = {"star": star.star_pairs, "all": star.all_pairs}
 """Ways to choose interstation pairs."""
+_FROM_PIXELS = "maximum-likelihood"
+"""The method that goes back to the pixels where there are any."""
 _ROUNDS = 30
 _SETTLED = 1e-3
 """Change of the noise, in its own standard deviations, at which noise and answer agree."""
@@ -54,12 +59,26 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
     chain = chain_of(stations)
     chosen = choose_pairs(pairs, len(chain.A))
     spread = check_motions(chain, chosen, stations.setup)
-    problem, solution, model = estimate(chain, chosen, stations, method)
-    influence = solvers.load(method).influence(problem, solution)
-    covariance = solution_covariance(influence, model.covariance)
-    residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
-    error = predicted_error(influence, model, paper_prediction(chain, chosen, model.covariance))
-    check_certainty(error, model.covariance, spread, stations.setup)
+    found = best_estimate(chain, chosen, stations, method)
+    paper = paper_prediction(chain, chosen, found.model.covariance)
+    error = predicted_error(found.influence, found.model, paper, found.shared)
+    check_certainty(error, found.model.covariance, spread, stations.setup)
+    return _calibration(stations, chain, chosen, found, method=method, error=error)
+
+
+def _calibration(
+    stations: Stations,
+    chain: Chain,
+    chosen: IntArray,
+    found: Estimate,
+    *,
+    method: str,
+    error: PredictedError,
+) -> Calibration:
+    solution, model, covariance = found.solution, found.model, found.covariance
+    factors, improvements = advise(
+        stations, chain, chosen, method=method, solution=solution, model=model, error=error
+    )
     return Calibration(
         setup=stations.setup,
         method=method,
@@ -68,11 +87,15 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
         predicted_error=error,
         noise=_with_pixel_noise(model.noise, stations),
         noise_estimated=len(model.shapes) > 0,
-        stations=_residual_table(stations, chain, residuals),
+        stations=_residual_table(stations, chain, found.residuals),
         pairs=tuple((int(chain.index[i]), int(chain.index[j])) for i, j in chosen),
-        diagnosis=stations.findings,
-        camera=stations.camera,
+        factors=factors,
+        improvements=improvements,
+        diagnosis=(*stations.findings, *found.findings),
+        camera=found.camera,
         provenance=stations.provenance,
+        covariance_between=covariance[:6, 6:],
+        noise_freedom=noise_freedom(chain, solution, model) if model.shapes.size else None,
     )
 
 
@@ -94,6 +117,57 @@ def choose_pairs(name: str, count: int) -> IntArray:
     if name not in PAIRS:
         raise UsageError(f"expected --pairs {' or '.join(PAIRS)}, found {name!r}")
     return PAIRS[name](count)
+
+
+def best_estimate(chain: Chain, pairs: IntArray, stations: Stations, method: str) -> Estimate:
+    """Estimate the answer from all that a document holds on a chain's stations.
+
+    Maximum likelihood goes back to the pixels where there are any. Where the intrinsics come with a
+    covariance as well, their error is part of the estimate's, by every method.
+
+    Args:
+        chain: The stations to use.
+        pairs: (m, 2) their interstation pairs.
+        stations: The document they are from.
+        method: A row of the table of solvers.
+
+    Raises:
+        UsageError: Unknown method.
+        UndeterminedError: The stations contradict each other.
+        InputError: Pixels have no place on the target, or are not those of the station's pose.
+        ConvergenceError: The estimation, the noise, or both together did not settle.
+    """
+    from_pixels = has_pixels(stations, chain)
+    if from_pixels:
+        from handeye_cli.pixel_data import with_intrinsics
+
+        chain = with_intrinsics(stations, chain)
+    problem, solution, model = estimate(chain, pairs, stations, method)
+    if from_pixels and method == _FROM_PIXELS:
+        from handeye_cli import joint
+
+        return joint.refine(stations, chain, solution, model)
+    influence = solvers.load(method).influence(problem, solution)
+    return _by_poses(chain, stations, solution, model, influence)
+
+
+def _by_poses(
+    chain: Chain,
+    stations: Stations,
+    solution: Solution,
+    model: NoiseModel,
+    influence: FloatArray,
+) -> Estimate:
+    with_intrinsics = np.einsum("nij,njk->ik", influence[..., 6:], chain.by_intrinsics)
+    return Estimate(
+        solution=solution,
+        residuals=loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals,
+        model=model,
+        influence=influence,
+        with_intrinsics=with_intrinsics,
+        shared=with_intrinsics @ with_intrinsics.T,
+        camera=stations.camera,
+    )
 
 
 def estimate(

@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from handeye_cli import solvers
-from handeye_cli.chain import MIN_STATIONS, Chain, chain_of
+from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.errors import UndeterminedError, UsageError
-from handeye_cli.held_out import HeldOutErrors, held_out_errors, predict_errors
-from handeye_cli.motion_check import check_motions
-from handeye_cli.noise_levels import noise_model
-from handeye_cli.predict import scale_freedom, solution_covariance
-from handeye_cli.records import (
-    Calibration,
-    Noise,
-    StationError,
-    Stations,
-    Verification,
-    VerificationRow,
-)
-from handeye_cli.solve import choose_pairs, estimate
-from handeye_cli.solvers.problem import Solution
-from handeye_cli.solvers.station_mean import mean_influence, mean_target
+from handeye_cli.existing import check_moved, check_unmoved
+from handeye_cli.held_out import held_out_errors, predict_errors
+from handeye_cli.held_out_pixels import pixel_errors
+from handeye_cli.part_calibration import calibrate_part, noise_of_others, usable_chain
+from handeye_cli.records import Calibration, Protocol, Stations, Verification, VerificationRow
+from handeye_cli.seen_through import chain_through, stations_through
+from handeye_cli.verification_row import row_of
 
 
 def verify(
@@ -47,13 +36,13 @@ def verify(
         UndeterminedError: Too few stations, or motions that determine nothing.
         ConvergenceError: The estimation did not settle.
     """
-    chain = chain_of(stations)
+    chain = usable_chain(stations)
     usable = len(chain.A)
     if usable < 2 * MIN_STATIONS:
         raise UndeterminedError(
             f"expected at least {2 * MIN_STATIONS} usable stations, half to calibrate on and half "
             f"to verify with, found {usable}",
-            hint="record more stations",
+            hint=f"--leave-one-out needs {MIN_STATIONS + 1}; or record more stations",
         )
     counts = list(counts) if counts else [usable // 2]
     for count in counts:
@@ -73,68 +62,30 @@ def verify(
 
 def _row(stations: Stations, chain: Chain, count: int, method: str, pairs: str) -> VerificationRow:
     first, second = chain.part(slice(0, count)), chain.part(slice(count, 2 * count))
-    chosen = choose_pairs(pairs, count)
-    try:
-        check_motions(first, chosen, stations.setup)
-    except UndeterminedError as error:
-        where = f"calibrating on the first {count} of {len(chain.A)} stations"
-        raise UndeterminedError(error.message, where=where, hint=error.hint) from error
-    problem, solution, model = estimate(first, chosen, stations, method)
-    X = solution.X
-    answer = solvers.load(method).influence(problem, solution)[:, :6]
-    both = np.concatenate([answer, mean_influence(first.A, first.B, X, answer)], axis=1)
-    averaged = Solution(X, mean_target(first.A, first.B, X))
-    errors = held_out_errors(second, averaged)
-    levels = replace(
-        stations.noise or Noise(),
-        robot_rotation=model.noise.robot_rotation,
-        robot_translation=model.noise.robot_translation,
-    )
-    own = noise_model(second, _complete(levels, second), averaged).covariance
-    freedom = scale_freedom(both, model)
-    expected = predict_errors(errors, solution_covariance(both, model.covariance), own, freedom)
-    return replace(
-        _seen(stations, second, count, errors),
-        predicted_rotation=expected.rotation,
-        predicted_translation=expected.translation,
-        consistent=expected.consistent,
-    )
+    where = f"calibrating on the first {count} of {len(chain.A)} stations"
+    found = calibrate_part(first, stations, method=method, pairs=pairs, where=where)
+    second = chain_through(stations, second, found.camera)
+    errors = held_out_errors(second, found.solution)
+    own = noise_of_others(second, stations.noise, found.model.noise, found.solution)
+    expected = predict_errors(errors, found.covariance, own, found.freedom())
+    seen = pixel_errors(stations, second.index, errors.camera_T_target, found.camera)
+    return row_of(stations, second, errors, seen, count=count, prediction=expected)
 
 
-def _complete(levels: Noise, chain: Chain) -> Noise:
-    """Return levels that leave nothing to estimate at the verification stations."""
-    if chain.has_covariance:
-        return levels
-    return replace(
-        levels,
-        camera_rotation=levels.camera_rotation or 0.0,
-        camera_translation=levels.camera_translation or 0.0,
-    )
+def verify_calibration(
+    stations: Stations, calibration: Calibration, *, target_moved: bool = False
+) -> Verification:
+    """Check an existing calibration on stations that it has not seen.
 
-
-def _seen(stations: Stations, chain: Chain, count: int, errors: HeldOutErrors) -> VerificationRow:
-    rotation, translation = errors.rotation, errors.translation
-    rows = tuple(
-        StationError(stations.stations[index].name, float(angle), float(distance))
-        for index, angle, distance in zip(chain.index, rotation, translation, strict=True)
-    )
-    return VerificationRow(
-        stations=count,
-        rotation=float(np.sqrt(np.mean(rotation**2))),
-        translation=float(np.sqrt(np.mean(translation**2))),
-        predicted_rotation=None,
-        predicted_translation=None,
-        consistent=None,
-        errors=rows,
-    )
-
-
-def verify_calibration(stations: Stations, calibration: Calibration) -> Verification:
-    """Check an existing calibration on stations that it has not seen, the target left in place.
+    Args:
+        stations: The new stations.
+        calibration: The answer, with its own covariances and its noise, which predict the errors.
+        target_moved: Whether the target has another place than during the calibration; at each
+            station it then is where the other new stations see it.
 
     Raises:
         UsageError: The setups differ.
-        UndeterminedError: No station has a target pose.
+        UndeterminedError: Fewer than three stations have a target pose.
     """
     if stations.setup is not calibration.setup:
         raise UsageError(
@@ -142,13 +93,14 @@ def verify_calibration(stations: Stations, calibration: Calibration) -> Verifica
             f"{stations.setup.value}",
             hint="check --setup",
         )
-    chain = chain_of(stations)
-    answer = Solution(calibration.mount_T_camera.matrix, calibration.reference_T_target.matrix)
-    used = sum(station.used for station in calibration.stations)
+    check = check_moved if target_moved else check_unmoved
+    stations = stations_through(stations, calibration.camera)
+    row, findings = check(stations, usable_chain(stations), calibration)
     return Verification(
         setup=stations.setup,
         method=calibration.method,
-        rows=(_seen(stations, chain, used, held_out_errors(chain, answer)),),
-        diagnosis=stations.findings,
+        rows=(row,),
+        diagnosis=(*stations.findings, *findings),
         provenance=stations.provenance,
+        protocol=Protocol.MOVED_TARGET if target_moved else Protocol.CALIBRATION,
     )

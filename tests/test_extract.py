@@ -12,7 +12,9 @@ from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError, UsageError
 from handeye_cli.extract import extract
 from handeye_cli.geometry import rotations, se3
+from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import Camera, Finding, RecordedStation, Recording
+from handeye_cli.simulate.recording import Rig, simulate_recording
 
 CAMERA = Camera(320, 240, 350.0, 350.0, 160.0, 120.0)
 
@@ -239,3 +241,21 @@ def test_a_target_seen_in_part_keeps_its_ids():
     image = render(bitmap(marker, 1.4, 0.0, 1.0, 1.0), H)
     features = extract(recording_of("aruco-grid:DICT_5X5_100:2x1:1mm:0.4mm", [Picture(image)]))
     assert features.stations[0].observation.ids.tolist() == [4, 5, 6, 7]
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+def test_an_open_layout_is_settled_by_the_images_and_told(legacy):
+    """A ChArUco board with an even number of rows, whose maker's OpenCV nobody remembers."""
+    said = targets.parse("charuco:5x6:20mm:14mm:DICT_5X5_50")
+    printed = replace(said, parameters={**said.parameters, "legacy": legacy})
+    board = targets.build(printed)
+    centre = board.points().mean(axis=0)
+    places = generate_stations(3, 0.35, np.radians(20.0), centre)
+    rig = Rig(printed, Camera(640, 480, 800.0, 800.0, 320.0, 240.0), np.eye(4), np.eye(4))
+    recording = simulate_recording(rig, places, 3).recording
+    features = extract(replace(recording, target=said))
+    assert [station.reason for station in features.stations] == [None] * 3
+    assert features.target.parameters["legacy"] is legacy
+    assert [finding.code for finding in features.findings] == ["charuco-layout"]
+    assert f"legacy: {str(legacy).lower()}" in features.findings[0].advice
+    assert extract(recording).findings == ()

@@ -20,11 +20,12 @@ LEVEL = {
     "records": 2, "images": 2, "image_headers": 2,
     "targets": 3, "solvers": 3, "recording": 3, "documents": 3,
     "render": 5,
-    "cli": 6, "__main__": 6,
+    "cli": 6, "api": 6, "__main__": 6,
 }  # fmt: skip
 STAGE = 4  # whatever else lies at the top of the package is a stage or part of one
 STRANGERS = {"targets", "solvers", "recording", "documents"}
 MODULES = sorted(PACKAGE.rglob("*.py"))
+FRONT = PACKAGE / "__init__.py"  # names what lies above it, and loads it when it is asked for
 
 
 def room_of(path: Path) -> str:
@@ -42,7 +43,7 @@ def imports(path: Path) -> Iterator[str]:
 
 
 def imported_rooms(path: Path) -> Iterator[str]:
-    for name in imports(path):
+    for name in imports(path) if path != FRONT else ():
         package, _, rest = name.partition(".")
         if package == PACKAGE.name:
             room = rest.partition(".")[0]
@@ -92,6 +93,14 @@ def loaded_by(*words: str) -> set[str]:
         [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
     )
     return {name.partition(".")[0] for name in done.stderr.split()}
+
+
+def test_the_package_itself_loads_nothing_heavy():
+    program = "import sys, handeye_cli; dir(handeye_cli); print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert not set(done.stdout.split()) & {"numpy", "scipy", "yaml", "typer", "handeye_cli.api"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["solve", "--help"]])

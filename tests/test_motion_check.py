@@ -16,7 +16,7 @@ from handeye_cli.geometry.star import star_pairs
 from handeye_cli.motion_check import check_motions
 from handeye_cli.records import Noise, UncertainPose
 from handeye_cli.solve import solve
-from handeye_cli.solvers.tsai_lenz import interstation_motions
+from handeye_cli.solvers.motions import interstation_motions
 
 NOISE = Noise(1e-3, 2e-4, 1e-3, 1e-4)
 
@@ -101,3 +101,13 @@ def test_the_ratio_is_right_within_its_sigma():
         pulls.append((found.ratio / 1.3 - 1.0) / found.sigma)
     # pairs share stations, so the scatter is not that of independent pairs
     assert 0.5 < np.sqrt(np.mean(np.square(pulls))) < 2.0
+
+
+def test_lengths_that_are_noise_are_not_compared():
+    """On a circle nothing moves along an axis: whatever ratio the noise has, it means nothing."""
+    rng = np.random.default_rng(93)  # one recording of 300 whose noise looks like a ratio
+    document = stations(rng, scene(rng, 7), Noise(1e-3, 2e-4, 1e-4, 1e-5))
+    chain, pairs = chain_of(document), star_pairs(7)
+    found = screw_scale(*interstation_motions(chain.A, chain.B, pairs))
+    assert abs(np.log(found.ratio)) > 8.0 * found.sigma
+    check_motions(chain, pairs, document.setup)

@@ -6,16 +6,28 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import general_scene, scene, stations
+from scenes import disturbed, general_scene, scene, stations
 from scipy.spatial.transform import Rotation
 
+from handeye_cli import targets
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError, UsageError
-from handeye_cli.records import Noise
+from handeye_cli.extrinsics import extrinsics
+from handeye_cli.geometry import camera, se3
+from handeye_cli.records import (
+    Camera,
+    Features,
+    Noise,
+    Observation,
+    Protocol,
+    Station,
+    TargetSpec,
+)
 from handeye_cli.solve import solve
 from handeye_cli.verify import verify, verify_calibration
 
 NOISE = Noise(1e-3, 2e-4, 1e-3, 1e-4)
+BOARD = TargetSpec("chessboard", {"columns": 9, "rows": 6, "square_mm": 20.0})
 
 
 def four_steps(document, count, method, pairs):
@@ -108,6 +120,125 @@ def test_a_calibration_is_checked_on_new_stations():
     wrong = replace(old, setup=Setup.EYE_TO_HAND)
     with pytest.raises(UsageError, match="eye-in-hand, found eye-to-hand"):
         verify_calibration(wrong, calibration)
+
+
+def moved(document, matrix):
+    """The same recording with its target at another place."""
+    shifted = [
+        replace(each, camera_T_target=replace(each.camera_T_target, matrix=seen @ matrix))
+        for each in document.stations
+        for seen in [each.camera_T_target.matrix]
+    ]
+    return replace(document, stations=tuple(shifted))
+
+
+def halves(document, count):
+    first, second = document.stations[:count], document.stations[count:]
+    return replace(document, stations=first), replace(document, stations=second)
+
+
+MOVE = se3.perturb(np.eye(4), np.array([0.03, -0.02, 0.01, 0.02, 0.05, -0.03]))
+
+
+@pytest.mark.parametrize("setup", Setup)
+@pytest.mark.parametrize("target_moved", [False, True])
+@pytest.mark.parametrize("given", [True, False])
+def test_errors_of_an_existing_calibration_are_the_predicted_ones(given, target_moved, setup):
+    rng = np.random.default_rng(23)
+    seen, predicted, alarms = [], [], 0
+    for _ in range(60):
+        document = stations(rng, scene(rng, 16), NOISE, setup=setup, given=given)
+        old, new = halves(document, 8)
+        new = moved(new, MOVE) if target_moved else new
+        found = verify_calibration(new, solve(old), target_moved=target_moved)
+        (row,) = found.rows
+        alarms += not row.consistent
+        seen.append([row.rotation, row.translation])
+        predicted.append([row.predicted_rotation, row.predicted_translation])
+    ratio = np.sqrt(np.mean(np.square(seen), axis=0) / np.mean(np.square(predicted), axis=0))
+    np.testing.assert_allclose(ratio, 1.0, atol=0.12)
+    assert alarms <= 3
+    assert found.protocol is (Protocol.MOVED_TARGET if target_moved else Protocol.CALIBRATION)
+
+
+def test_a_target_that_was_moved_is_found_out():
+    rng = np.random.default_rng(29)
+    old, new = halves(stations(rng, general_scene(rng, 20), NOISE), 10)
+    calibration = solve(old)
+    new = moved(new, MOVE)
+    found = verify_calibration(new, calibration)
+    (row,) = found.rows
+    assert row.consistent is False
+    assert row.translation > 0.02
+    (finding,) = found.diagnosis
+    assert finding.code == "target-moved"
+    assert "--target-moved" in finding.advice
+    found = verify_calibration(new, calibration, target_moved=True)
+    assert found.rows[0].consistent is True
+    assert found.rows[0].translation < 2e-3
+    (finding,) = found.diagnosis
+    distance = np.linalg.norm(MOVE[:3, 3]) * 1e3
+    assert finding.code == "target-placed-anew"
+    assert float(finding.message.split(": ")[1].split()[0]) == pytest.approx(distance, abs=2.0)
+
+
+def test_a_larger_noise_is_not_taken_for_a_moved_target():
+    rng = np.random.default_rng(31)
+    perfect = general_scene(rng, 20)
+    old, _ = halves(stations(rng, perfect, NOISE), 10)
+    _, new = halves(stations(rng, perfect, Noise(5e-3, 1e-3, 1e-3, 1e-4)), 10)
+    found = verify_calibration(new, solve(old))
+    assert found.rows[0].consistent is False
+    assert found.diagnosis == ()
+
+
+def test_without_the_covariance_between_the_poses_the_prediction_is_too_wide_and_says_so():
+    rng = np.random.default_rng(37)
+    ratios = []
+    for _ in range(10):
+        old, new = halves(stations(rng, scene(rng, 16), NOISE), 8)
+        calibration = solve(old)
+        joint = verify_calibration(new, calibration)
+        apart = verify_calibration(new, replace(calibration, covariance_between=None))
+        rows = apart.rows[0], joint.rows[0]
+        ratios.append([rows[0].predicted_rotation / rows[1].predicted_rotation])
+        assert [finding.code for finding in apart.diagnosis] == ["covariance-incomplete"]
+    assert np.min(ratios) > 1.0
+
+
+def test_a_calibration_without_covariances_predicts_nothing():
+    rng = np.random.default_rng(41)
+    old, new = halves(stations(rng, general_scene(rng, 12), NOISE), 6)
+    calibration = solve(old)
+    bare = replace(calibration.mount_T_camera, covariance=None)
+    (row,) = verify_calibration(new, replace(calibration, mount_T_camera=bare)).rows
+    assert (row.consistent, row.predicted_rotation, row.predicted_translation) == (None,) * 3
+
+
+def test_intrinsics_that_were_refined_are_those_new_stations_are_seen_through():
+    rng = np.random.default_rng(43)
+    points = targets.build(BOARD).points()
+    perfect = general_scene(rng, 12)
+    true = np.array([800.0, 800.0, 320.0, 240.0])
+    joint = np.diag(np.repeat([1e-4, 2e-4], 3) ** 2)
+    robot = disturbed(rng, perfect.A, np.tile(joint, (12, 1, 1)))
+    recorded = []
+    for index, (A, B) in enumerate(zip(robot, perfect.B, strict=True)):
+        pixels = camera.project(se3.transform_points(B, points), true)
+        seen = Observation(np.arange(len(points)), pixels + 0.05 * rng.normal(size=pixels.shape))
+        recorded.append(Station(f"{index:02d}", A, seen))
+    wrong = Camera(
+        640, 480, 812.0, 812.0, 320.0, 240.0, covariance=np.diag([144.0] * 2 + [9.0] * 2)
+    )
+    features = Features(Setup.EYE_IN_HAND, tuple(recorded), BOARD, camera=wrong)
+    old, new = halves(extrinsics(features), 6)
+    calibration = solve(old)
+    assert abs(calibration.camera.fx - 800.0) < 3.0
+    (row,) = verify_calibration(new, calibration).rows
+    exact = replace(calibration, camera=replace(calibration.camera, covariance=None))
+    (through_the_wrong,) = verify_calibration(new, exact).rows
+    assert row.translation < 0.3 * through_the_wrong.translation
+    assert row.consistent is True
 
 
 @pytest.mark.parametrize("setup", Setup)

@@ -1,93 +1,71 @@
-"""The `handeye` application, and the one place where an error becomes text and an exit code."""
+"""The `handeye` command, and the one place where an error becomes text and an exit code."""
 
 from __future__ import annotations
 
-import inspect
+import gc
 import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from importlib import import_module
 from types import TracebackType
-from typing import Annotated
-
-import typer
 
 from handeye_cli import __version__
-from handeye_cli.cli import extract, extrinsics, plan, solve, verify
-from handeye_cli.cli.grouping import flat
+from handeye_cli.cli.flags import DEBUG
+from handeye_cli.cli.plain import plain_groups
 from handeye_cli.errors import HandeyeError
 
-DEBUG = "--debug"
+COMMANDS = {
+    "extract": "handeye_cli.cli.extract",
+    "extrinsics": "handeye_cli.cli.extrinsics",
+    "solve": "handeye_cli.cli.solve",
+    "verify": "handeye_cli.cli.verify",
+    "plan": "handeye_cli.cli.plan",
+}
+"""Every command in the order of the help, with the module that holds a function of its name."""
 
-app = typer.Typer(
-    name="handeye",
-    epilog="The line is recording -> extract -> extrinsics -> solve -> verify; every command takes "
-    "the recording or any document on the way and runs what is missing. Exit codes: 0 done, 1 a "
-    "bug, 2 wrong usage, 3 bad input, 4 the data do not determine the answer, 5 not converged, "
-    "6 a quality limit was missed.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["--help", "-h"]},
-)
-
-
-def _register(command: Callable[..., None], examples: Sequence[str]) -> None:
-    paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
-    lines = ["Examples:", *(f"  $ {example}" for example in examples)]
-    # A \b keeps the lines of the paragraph that follows it as they are.
-    text = [*(paragraph.replace("\n", " ") for paragraph in paragraphs), "\n".join(["\b", *lines])]
-    app.command(help="\n\n".join(text))(flat(command))
-
-
-for _module, _command in (
-    (extract, extract.extract),
-    (extrinsics, extrinsics.extrinsics),
-    (solve, solve.solve),
-    (verify, verify.verify),
-    (plan, plan.plan),
-):
-    _register(_command, _module.EXAMPLES)
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"handeye {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _handeye(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
-    ] = False,
-    debug: Annotated[
-        bool, typer.Option(DEBUG, help="Show the traceback of a bug; it may stand anywhere.")
-    ] = False,
-) -> None:
-    """Find where a camera sits on a robot, from a recording, and say how sure that is."""
+_GARBAGE = 50_000
+"""Objects made between two searches for garbage."""
 
 
 def run(args: Sequence[str]) -> None:
-    """Carry out a command line in this process; leaves by SystemExit when there is an exit code.
+    """Carry out a command line in this process; leaves by SystemExit.
 
     Args:
         args: The words after `handeye`.
     """
     words = [word for word in args if word != DEBUG]
     try:
-        typer.main.get_command(app)(words, prog_name="handeye")
+        _carry_out(words)
     except HandeyeError as error:
         if DEBUG in args:
             traceback.print_exception(error)
-        typer.echo(_sentence(error), err=True)
+        _tell(_sentence(error))
         sys.exit(error.exit_code)
+
+
+def _carry_out(words: list[str]) -> None:
+    if words and words[0] in COMMANDS:
+        command = getattr(import_module(COMMANDS[words[0]]), words[0])
+        groups = plain_groups(command, words[1:])
+        if groups is not None:
+            command(**groups)
+            sys.exit(0)
+    from typer.main import get_command
+
+    from handeye_cli.cli.typer_front import application
+
+    # The other commands are needed by the help of all and by "did you mean" only.
+    names = words[:1] if words and words[0] in COMMANDS else list(COMMANDS)
+    modules = {name: import_module(COMMANDS[name]) for name in names}
+    get_command(application(modules))(words, prog_name="handeye")
 
 
 def main() -> None:
     """Run `handeye` as a process of its own."""
+    # What start-up makes stays in use; to look for garbage in it again and again costs a tenth.
+    gc.set_threshold(_GARBAGE)
     # OpenCV would tell of a broken image too, in its own words and without the image's name.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
     # A reader that leaves early, as `head` does, ends the command as it ends any other tool.
@@ -110,8 +88,11 @@ def _sentence(error: HandeyeError) -> str:
 def _admit(kind: type[BaseException], bug: BaseException, _: TracebackType | None) -> None:
     """Say in one line that an exception nobody expected is a bug; Python then exits with 1."""
     what = f"{kind.__name__}: {' '.join(str(bug).split())}"
-    typer.echo(
+    _tell(
         f"error: a bug in handeye {__version__}: {what}; run the same command with {DEBUG} and "
-        "send the traceback to the maintainers",
-        err=True,
+        "send the traceback to the maintainers"
     )
+
+
+def _tell(text: str) -> None:
+    sys.stderr.write(f"{text}\n")

@@ -8,21 +8,41 @@ from handeye_cli.cli.options import Protocol
 from handeye_cli.errors import UsageError
 
 
+def check_protocol(protocol: Protocol) -> None:
+    """Refuse flags that name two protocols, or have none to act on.
+
+    Raises:
+        UsageError: Two of them exclude each other, or one of them needs another.
+    """
+    named = {
+        "--stations": protocol.stations is not None,
+        "--leave-one-out": protocol.leave_one_out,
+        "--calibration": protocol.calibration is not None,
+    }
+    given = [flag for flag, is_given in named.items() if is_given]
+    if len(given) > 1:
+        raise UsageError(
+            f"{' and '.join(given)} exclude each other: --stations and --leave-one-out calibrate "
+            "anew, --calibration checks an answer that is there",
+            hint="keep one of them",
+        )
+    if protocol.target_moved and protocol.calibration is None:
+        raise UsageError(
+            "--target-moved acts on --calibration only: within one recording the target must stay "
+            "in place",
+            hint="leave it out, or name the calibration with --calibration FILE",
+        )
+
+
 def station_counts(protocol: Protocol) -> list[int] | None:
     """Return the station counts of `--stations 4,6,8`, or None when it was not given.
 
     Raises:
-        UsageError: It is no list of numbers, or there is nothing to calibrate with.
+        UsageError: It is no list of numbers.
     """
     text = protocol.stations
     if text is None:
         return None
-    if protocol.calibration is not None:
-        raise UsageError(
-            "--stations and --calibration exclude each other: the first calibrates anew, the "
-            "second checks an answer that is there",
-            hint="leave one of them out",
-        )
     if not re.fullmatch(r"\s*\d+\s*(,\s*\d+\s*)*", text):
         raise UsageError(
             f"expected --stations to be whole numbers with commas, found {text!r}",

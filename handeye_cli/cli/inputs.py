@@ -52,13 +52,19 @@ def open_input(source: Source, mcap: Mcap) -> Opened:
         InputError: It cannot be read or is not valid.
         UsageError: A flag cannot act on this kind of input.
     """
-    from handeye_cli import recording, targets
+    from handeye_cli import recording
 
-    target = None if source.target is None else targets.parse(source.target)
+    target = None if source.target is None else _target(source.target)
     if recording.is_recording(source.source):
         return _open_mcap(source, mcap, target)
     _refuse(given(mcap), "an MCAP recording", source.source)
     return _open_document(source, target)
+
+
+def _target(spec: str) -> TargetSpec:
+    from handeye_cli import targets
+
+    return targets.parse(spec)
 
 
 def open_calibration(path: str | None) -> Opened | None:

@@ -1,27 +1,24 @@
 """Every flag, once: frozen groups that the commands take and pass on whole."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from typing import Annotated
 
-import typer
-
+from handeye_cli.cli.flags import Argument, Flag
 from handeye_cli.conventions import PoseUnits, QuaternionOrder, RobotPoses, Setup
 
 MOST_STATIONS = 10_000
 """Far more than a robot will visit; a larger number is a slip of the hand."""
 
-_convention = partial(typer.Option, rich_help_panel="Conventions (a flag wins over the document)")
+_convention = partial(Flag, rich_help_panel="Conventions (a flag wins over the document)")
 _robot = partial(
-    typer.Option, rich_help_panel="MCAP recordings (no flag needed for what is unique in the file)"
+    Flag, rich_help_panel="MCAP recordings (no flag needed for what is unique in the file)"
 )
-_estimation = partial(typer.Option, rich_help_panel="Estimation")
-_protocol = partial(typer.Option, rich_help_panel="Protocol")
-_plan = partial(typer.Option, rich_help_panel="Stations")
-_output = partial(typer.Option, rich_help_panel="Output")
+_estimation = partial(Flag, rich_help_panel="Estimation")
+_protocol = partial(Flag, rich_help_panel="Protocol")
+_plan = partial(Flag, rich_help_panel="Stations")
+_output = partial(Flag, rich_help_panel="Output")
 
 TargetFlag = Annotated[
     str | None,
@@ -48,7 +45,7 @@ class Source:
 
     source: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="INPUT",
             help="A recording (MCAP or document), or a document of an earlier stage; - is stdin.",
             show_default=False,
@@ -105,6 +102,18 @@ class Work:
 
 
 @dataclass(frozen=True)
+class Pictures:
+    """What is drawn to be looked at."""
+
+    draw: Annotated[
+        str | None,
+        _output(
+            "--draw", metavar="DIR", help="Write each image into DIR with what was found in it."
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
 class Intrinsics:
     """What is estimated about the camera itself."""
 
@@ -127,6 +136,16 @@ class Solver:
 
 
 @dataclass(frozen=True)
+class Methods:
+    """What is told of the methods that are not asked for the answer."""
+
+    compare: Annotated[
+        bool,
+        _estimation("--compare", help="List all methods side by side, with their errors held out."),
+    ] = False
+
+
+@dataclass(frozen=True)
 class Protocol:
     """What a verification checks, and the limits it must keep."""
 
@@ -138,10 +157,24 @@ class Protocol:
             "half of all stations if not set.",
         ),
     ] = None
+    leave_one_out: Annotated[
+        bool,
+        _protocol(
+            "--leave-one-out",
+            help="Predict each station by a calibration on all others, when there are few.",
+        ),
+    ] = False
     calibration: Annotated[
         str | None,
         _protocol(metavar="FILE", help="Check this calibration on all stations instead."),
     ] = None
+    target_moved: Annotated[
+        bool,
+        _protocol(
+            "--target-moved",
+            help="The target was moved after the calibration: take its place from the stations.",
+        ),
+    ] = False
     max_rotation_mrad: Annotated[
         float | None, _protocol(min=0.0, metavar="MRAD", help="Exit 6 when a row is above it.")
     ] = None
@@ -191,7 +224,7 @@ class Output:
             help="Write the document to FILE: YAML, or JSON when it ends in .json; - is stdout.",
         ),
     ] = None
-    force: Annotated[bool, _output("--force", help="Replace FILE when it exists.")] = False
+    force: Annotated[bool, _output("--force", help="Replace files that exist.")] = False
     json: Annotated[bool, _output("--json", help="Print the document as JSON.")] = False
     quiet: Annotated[
         bool,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_input
-from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Source, Work
+from handeye_cli.cli.options import Intrinsics, Mcap, Methods, Output, Solver, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
 
@@ -20,6 +20,7 @@ def solve(
     mcap: Mcap,
     intrinsics: Intrinsics,
     solver: Solver,
+    methods: Methods,
     work: Work,
     output: Output,
 ) -> None:
@@ -35,6 +36,10 @@ def solve(
     opened = open_input(source, mcap)
     with opened.blamed(), steps(work, output, intrinsics) as how:
         calibration = pipeline.to_calibration(
-            opened.record, how, method=solver.method, pairs=solver.pairs.value
+            opened.record,
+            how,
+            method=solver.method,
+            pairs=solver.pairs.value,
+            compare=methods.compare,
         )
-    finish("solve", calibration, output, [opened], given(source, mcap, intrinsics, solver))
+    finish("solve", calibration, output, [opened], given(source, mcap, intrinsics, solver, methods))

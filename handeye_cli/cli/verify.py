@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from handeye_cli.cli.checks import station_counts
+from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_calibration, open_input
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver, Source, Work
@@ -28,12 +28,14 @@ def verify(
     """Measure the error of a calibration on stations that took no part in it.
 
     For each N of --stations it calibrates on stations 1 to N and predicts the camera's pose at
-    stations N+1 to 2N; with --calibration it checks an existing answer on all stations.
+    stations N+1 to 2N; with --leave-one-out it predicts each station from all others; with
+    --calibration it checks an existing answer on all stations.
     """
     from handeye_cli import pipeline, solvers
 
     check_output(output)
     solvers.load(solver.method)
+    check_protocol(protocol)
     counts = station_counts(protocol)
     existing = open_calibration(protocol.calibration)
     opened = open_input(source, mcap)
@@ -45,6 +47,8 @@ def verify(
             counts=counts,
             method=solver.method,
             pairs=solver.pairs.value,
+            leave_one_out=protocol.leave_one_out,
+            target_moved=protocol.target_moved,
         )
     flags = given(source, mcap, protocol, intrinsics, solver)
     inputs = [opened] if existing is None else [opened, existing]

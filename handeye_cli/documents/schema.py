@@ -106,7 +106,7 @@ def load(kind: str) -> dict[str, Any]:
     text = (folder() / f"{kind}.schema.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text.replace(_COMMON, ""))
     common = json.loads((folder() / _COMMON).read_text(encoding="utf-8"))
-    return schema | {"definitions": common["definitions"]}
+    return schema | {"definitions": common["definitions"] | schema.get("definitions", {})}
 
 
 @cache

@@ -11,7 +11,7 @@ from handeye_cli.documents.place import Place
 from handeye_cli.documents.schema import header
 from handeye_cli.documents.station_parts import station_names
 from handeye_cli.documents.units import from_milli, to_milli
-from handeye_cli.records import StationError, Verification, VerificationRow
+from handeye_cli.records import Protocol, StationError, Verification, VerificationRow
 
 
 def record_from_data(data: dict[str, Any], context: Context) -> Verification:
@@ -28,6 +28,7 @@ def record_from_data(data: dict[str, Any], context: Context) -> Verification:
         rows=tuple(_row(row, place.item(index)) for index, row in rows),
         diagnosis=parts.findings_from_data(data.get("diagnosis", [])),
         provenance=parts.provenance_from_data(data.get("provenance", [])),
+        protocol=Protocol(data.get("protocol", Protocol.SPLIT)),
     )
 
 
@@ -38,6 +39,7 @@ def data_from_record(record: Verification) -> dict[str, Any]:
             "schema": header("verification"),
             "setup": str(record.setup),
             "method": record.method,
+            "protocol": str(record.protocol),
             "rows": [_row_entry(row) for row in record.rows],
             "diagnosis": parts.data_from_findings(record.diagnosis),
             "provenance": parts.data_from_provenance(record.provenance),
@@ -49,7 +51,12 @@ def _row(row: dict[str, Any], place: Place) -> VerificationRow:
     entries = row.get("errors", [])
     names = station_names(entries, place.key("errors"))
     errors = tuple(
-        StationError(name, from_milli(entry["rotation_mrad"]), from_milli(entry["translation_mm"]))
+        StationError(
+            name=name,
+            rotation=from_milli(entry["rotation_mrad"]),
+            translation=from_milli(entry["translation_mm"]),
+            **_on_pixels(entry),
+        )
         for name, entry in zip(names, entries, strict=True)
     )
     return VerificationRow(
@@ -60,7 +67,17 @@ def _row(row: dict[str, Any], place: Place) -> VerificationRow:
         predicted_translation=parts.optional_from_milli(row, "predicted_translation_mm"),
         consistent=row.get("consistent"),
         errors=errors,
+        **_on_pixels(row),
     )
+
+
+def _on_pixels(entry: dict[str, Any]) -> dict[str, float | None]:
+    """Return the errors that pixels tell of, of a row or of a station."""
+    pixels = entry.get("reprojection_px")
+    return {
+        "reprojection": None if pixels is None else float(pixels),
+        "plate": parts.optional_from_milli(entry, "plate_mm"),
+    }
 
 
 def _row_entry(row: VerificationRow) -> dict[str, Any]:
@@ -72,6 +89,8 @@ def _row_entry(row: VerificationRow) -> dict[str, Any]:
             "translation_mil": row.translation / MIL,
             "predicted_rotation_mrad": parts.optional_milli(row.predicted_rotation),
             "predicted_translation_mm": parts.optional_milli(row.predicted_translation),
+            "reprojection_px": row.reprojection,
+            "plate_mm": parts.optional_milli(row.plate),
             "consistent": row.consistent,
             "errors": [_error_entry(error) for error in row.errors],
         }
@@ -79,8 +98,12 @@ def _row_entry(row: VerificationRow) -> dict[str, Any]:
 
 
 def _error_entry(error: StationError) -> dict[str, Any]:
-    return {
-        "name": error.name,
-        "rotation_mrad": to_milli(error.rotation),
-        "translation_mm": to_milli(error.translation),
-    }
+    return parts.without_unknown(
+        {
+            "name": error.name,
+            "rotation_mrad": to_milli(error.rotation),
+            "translation_mm": to_milli(error.translation),
+            "reprojection_px": error.reprojection,
+            "plate_mm": parts.optional_milli(error.plate),
+        }
+    )

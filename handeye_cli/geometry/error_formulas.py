@@ -89,6 +89,28 @@ def critical_factors(
     )
 
 
+def successive_axes_angles(motion: FloatArray, pairs: IntArray) -> FloatArray:
+    """Return the angles between the rotation axes of motions that follow each other at a station.
+
+    They are the paper's angles between P_12 and P_23, taken of lines without a sense: the order in
+    which a pair is written does not matter. A motion without rotation has no axis and counts as 0.
+
+    Args:
+        motion: (m, 4, 4) H_gij or H_cij of the pairs; both enclose the same angles.
+        pairs: (m, 2) the interstation pairs.
+
+    Returns:
+        (2 m - stations,) angles in [0, pi / 2], radians: as many as pairs for a closed star.
+    """
+    order = np.argsort(pairs.ravel(), kind="stable")
+    station, taken = pairs.ravel()[order], order // 2
+    same = station[1:] == station[:-1]
+    P = rotations.principal_axis(motion[:, :3, :3])
+    first, second = P[taken[:-1][same]], P[taken[1:][same]]
+    sine = np.linalg.norm(np.cross(first, second), axis=-1)
+    return np.asarray(np.arctan2(sine, np.abs(np.sum(first * second, axis=-1))))
+
+
 def _condition(sine: float) -> float:
     """Return it from the axes: the singular values go with sqrt(2) and sqrt(1 +- |cos|)."""
     cosine = np.sqrt(max(1.0 - sine**2, 0.0))

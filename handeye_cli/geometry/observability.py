@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handeye_cli.geometry import rotations
+from handeye_cli.geometry import rotations, statistics
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def motion_spread(motion_g: FloatArray, motion_c: FloatArray) -> MotionSpread:
     return MotionSpread(
         largest_angle=float(min(np.max(angle_g), np.max(angle_c))),
         mismatch=max(float(np.sqrt(np.mean(difference**2))), _NUMERICAL_FLOOR),
-        median_mismatch=float(np.median(np.abs(difference))),
+        median_mismatch=statistics.median(np.abs(difference)),
         second_axis=float(min(sizes_g[1], sizes_c[1]) / np.sqrt(len(P_g))),
         main_axis=directions[0],
     )
@@ -68,10 +68,13 @@ class ScrewScale:
         ratio: Slope of the translations along the rotation axes; 1 for consistent units.
         sigma: Relative standard deviation of the ratio from the scatter; infinite where the motions
             have no translation along their axes.
+        signal: Translation along the axes over all of it, RMS, of the side where it is less; what
+            rotation noise feigns is at most its own size in radians.
     """
 
     ratio: float
     sigma: float
+    signal: float
 
 
 def screw_scale(motion_g: FloatArray, motion_c: FloatArray) -> ScrewScale:
@@ -88,10 +91,12 @@ def screw_scale(motion_g: FloatArray, motion_c: FloatArray) -> ScrewScale:
     squares_g, squares_c = float(along_g @ along_g), float(along_c @ along_c)
     product = float(along_g @ along_c)
     if product <= 0.0 or len(along_g) < _FEWEST_MOTIONS:
-        return ScrewScale(1.0, np.inf)
+        return ScrewScale(1.0, np.inf, 0.0)
     explained = product**2 / (squares_g * squares_c)
     spread = max(1.0 - explained, 0.0) / (explained * (len(along_g) - 1))
-    return ScrewScale(product / squares_c, float(np.sqrt(spread)))
+    lengths = [float(np.sum(motion[:, :3, 3] ** 2)) for motion in (motion_g, motion_c)]
+    signal = min(squares_g / max(lengths[0], 1e-300), squares_c / max(lengths[1], 1e-300))
+    return ScrewScale(product / squares_c, float(np.sqrt(spread)), float(np.sqrt(signal)))
 
 
 def _along_axis(motion: FloatArray) -> FloatArray:

@@ -32,7 +32,8 @@ def star_pairs(count: int) -> NDArray[np.int64]:
     if math.gcd(step, count) > 1:
         half = np.arange(count // 2)
         pairs = np.concatenate([pairs, np.stack([half, half + count // 2], axis=1)])
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+    pairs = np.sort(pairs, axis=1)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def all_pairs(count: int) -> NDArray[np.int64]:

@@ -14,8 +14,16 @@ MAX_OVER_RMS = 2.3285
 _RINGS = 48
 _RING_POINTS = 48
 _NODES = 8001
+_SETTLED = 1e-10
+"""Width of the bracket around the logarithm of a squared radius at which it has been found."""
 _TAIL = 36.0
 """Natural logarithm by which the density has decayed where its integration ends."""
+
+
+def median(values: FloatArray) -> float:
+    """Return the median of (n,) numbers, without the masked arrays that numpy's own would load."""
+    middle = (len(values) - 1) // 2, len(values) // 2
+    return float(np.mean(np.partition(values, middle)[list(middle)]))
 
 
 def radius(covariance: FloatArray, probability: float, freedom: float = math.inf) -> float:
@@ -46,7 +54,7 @@ def radius(covariance: FloatArray, probability: float, freedom: float = math.inf
     stretch = np.log(np.maximum(_directions() @ (weights / total), 1e-300))
     grid, cumulative = _log_distribution(freedom)
     low, high = grid[0] + math.log(1e-6), grid[-1]
-    for _ in range(60):
+    while high - low > _SETTLED:
         middle = 0.5 * (low + high)
         if float(np.mean(np.interp(middle - stretch, grid, cumulative))) < probability:
             low = middle

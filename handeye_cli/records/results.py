@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from handeye_cli.conventions import Setup
 from handeye_cli.records.basics import (
@@ -71,6 +72,86 @@ class StationResidual:
 
 
 @dataclass(frozen=True)
+class Spread:
+    """How a quantity is spread over the stations or their pairs: radians or metres."""
+
+    median: float
+    smallest: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class CriticalFactors:
+    """What the accuracy depends on, section III-B of the paper, measured on one recording.
+
+    The fourth of its factors, the noise of the stations' poses, is the calibration's `noise`.
+
+    Attributes:
+        stations: How many were used.
+        axes_angle: Between the axes of interstation rotations that share a station, radians.
+        interstation_angle: Rotation of an interstation pair, radians.
+        camera_distance: From the camera to the middle of the target, or to its origin where the
+            target's points are not at hand, metres.
+        gripper_distance: Between the gripper's positions of an interstation pair, metres.
+        robot_share_rotation: Part of the predicted mean square error of the rotation that is due to
+            the robot's noise, 0 to 1; None where the camera's noise is unknown.
+        robot_share_translation: The same of the translation.
+    """
+
+    stations: int
+    axes_angle: Spread
+    interstation_angle: Spread
+    camera_distance: Spread
+    gripper_distance: Spread
+    robot_share_rotation: float | None = None
+    robot_share_translation: float | None = None
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """One of the paper's steps to improve accuracy, section III-C, computed for one recording.
+
+    Attributes:
+        change: Stable short name in kebab-case.
+        action: What would be done, with its numbers.
+        rotation: RMS error of the answer's rotation that is to be expected then, radians.
+        translation: The same of the translation, metres.
+        message: The action and its effect in a sentence.
+    """
+
+    change: str
+    action: str
+    rotation: float
+    translation: float
+    message: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What one method says about the stations of a calibration; None where it cannot say it.
+
+    Attributes:
+        method: A row of the table of solvers.
+        rotation: Angle between its answer and that of maximum likelihood, radians.
+        translation: Distance between the two, metres.
+        predicted_rotation: RMS error that is expected of its answer, radians.
+        predicted_translation: The same of the translation, metres.
+        held_out_rotation: RMS error at stations left out one by one, radians.
+        held_out_translation: The same of the translation, metres.
+        reason: Why something is missing.
+    """
+
+    method: str
+    rotation: float | None = None
+    translation: float | None = None
+    predicted_rotation: float | None = None
+    predicted_translation: float | None = None
+    held_out_rotation: float | None = None
+    held_out_translation: float | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
 class Calibration:
     """The answer: where the camera sits on its mount, and how sure that is.
 
@@ -84,9 +165,16 @@ class Calibration:
         noise_estimated: True where they were estimated from the residuals.
         stations: One residual for each station of the input.
         pairs: Interstation pairs (i, j) by index into `stations`, for methods that use pairs.
+        factors: What its accuracy depends on, as measured, or None where it was not.
+        improvements: What would make it more accurate, each on its own, the best first.
         diagnosis: Findings about the data.
         camera: The intrinsics that were used, when there were any.
         provenance: How it came about.
+        covariance_between: (6, 6) of `mount_T_camera` (rows) with `reference_T_target` (columns),
+            or None when unknown.
+        noise_freedom: Degrees of freedom with which the noise was estimated; None when it was
+            given, or when they are unknown.
+        comparison: What every method says, where that was asked for.
     """
 
     setup: Setup
@@ -98,9 +186,27 @@ class Calibration:
     noise_estimated: bool
     stations: tuple[StationResidual, ...]
     pairs: tuple[tuple[int, int], ...] = ()
+    factors: CriticalFactors | None = None
+    improvements: tuple[Improvement, ...] = ()
     diagnosis: tuple[Finding, ...] = ()
     camera: Camera | None = None
     provenance: tuple[ProvenanceStep, ...] = ()
+    covariance_between: FloatArray | None = None
+    noise_freedom: float | None = None
+    comparison: tuple[Comparison, ...] = ()
+
+
+class Protocol(StrEnum):
+    """How the verification stations were kept apart from the calibration."""
+
+    SPLIT = "split"
+    """The paper's: calibrate on stations 1 to N, verify on N+1 to 2N."""
+    LEAVE_ONE_OUT = "leave-one-out"
+    """Each station is predicted by a calibration on all others."""
+    CALIBRATION = "calibration"
+    """An existing calibration on new stations, the target left in place."""
+    MOVED_TARGET = "calibration-moved-target"
+    """The same, the target's own pose taken from the other new stations."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +217,17 @@ class StationError:
         name: Name of the station.
         rotation: Radians.
         translation: Metres.
+        reprojection: RMS distance between the target's points as predicted and as seen, pixels;
+            None without pixels.
+        plate: The same on the target's plane, where the lines of sight of what was seen meet it,
+            metres.
     """
 
     name: str
     rotation: float
     translation: float
+    reprojection: float | None = None
+    plate: float | None = None
 
 
 @dataclass(frozen=True)
@@ -130,6 +242,8 @@ class VerificationRow:
         predicted_translation: The same, metres, or None.
         consistent: Whether seen and predicted agree within chance, or None when not judged.
         errors: Each verification station's own errors.
+        reprojection: RMS of their errors in the image, pixels; None without pixels.
+        plate: RMS of their errors on the target's plane, metres; None without pixels.
     """
 
     stations: int
@@ -139,17 +253,20 @@ class VerificationRow:
     predicted_translation: float | None
     consistent: bool | None
     errors: tuple[StationError, ...]
+    reprojection: float | None = None
+    plate: float | None = None
 
 
 @dataclass(frozen=True)
 class Verification:
-    """Held-out errors of a calibration."""
+    """Held-out errors of a calibration, and how they were held out."""
 
     setup: Setup
     method: str
     rows: tuple[VerificationRow, ...]
     diagnosis: tuple[Finding, ...] = ()
     provenance: tuple[ProvenanceStep, ...] = ()
+    protocol: Protocol = Protocol.SPLIT
 
 
 @dataclass(frozen=True)

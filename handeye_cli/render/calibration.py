@@ -7,7 +7,15 @@ from rich.console import Console
 
 from handeye_cli.conventions import MM
 from handeye_cli.geometry import rotations
-from handeye_cli.records import Calibration, FloatArray, Noise, PredictedError
+from handeye_cli.records import (
+    Calibration,
+    CriticalFactors,
+    FloatArray,
+    Noise,
+    PredictedError,
+    Spread,
+)
+from handeye_cli.render.comparison import show_comparison
 from handeye_cli.render.console import show_table
 from handeye_cli.render.text import NOTHING, count, fixed, mm, mrad, pixels
 
@@ -29,6 +37,15 @@ def show_calibration(calibration: Calibration, console: Console) -> None:
     origin = "estimated from the residuals" if calibration.noise_estimated else "as given"
     console.print(f"Noise of one station, {origin}")
     _show_noise(calibration.noise, console)
+    if calibration.factors is not None:
+        console.print("What limits it")
+        _show_factors(calibration.factors, console)
+    if calibration.improvements:
+        console.print("What would help, each on its own")
+        _show_improvements(calibration, console)
+    if calibration.comparison:
+        console.print("All methods: apart from maximum likelihood, and at stations left out (RMS)")
+        show_comparison(calibration.comparison, console)
     console.print("Residuals of the stations")
     _show_residuals(calibration, console)
 
@@ -69,6 +86,38 @@ def _show_noise(noise: Noise, console: Console) -> None:
     ]
     headings = ["", "rotation\nmrad", "translation\nmm", "one coordinate\npx"]
     show_table(console, headings, rows, left=[0])
+
+
+def _show_factors(factors: CriticalFactors, console: Console) -> None:
+    rows = [
+        ["angle between stations", *_spread(factors.interstation_angle, np.pi / 180), "deg"],
+        ["angle between their axes", *_spread(factors.axes_angle, np.pi / 180), "deg"],
+        ["camera to target", *_spread(factors.camera_distance, MM), "mm"],
+        ["gripper to gripper", *_spread(factors.gripper_distance, MM), "mm"],
+    ]
+    show_table(console, ["", "median", "smallest", "largest", ""], rows, left=[0, 4])
+    if factors.robot_share_rotation is not None and factors.robot_share_translation is not None:
+        rotation = 100.0 * factors.robot_share_rotation
+        translation = 100.0 * factors.robot_share_translation
+        console.print(
+            f"  of the mean square error the robot's noise makes {rotation:.0f} % in rotation,\n"
+            f"  {translation:.0f} % in translation; the rest is the camera's\n"
+        )
+
+
+def _spread(spread: Spread, unit: float) -> list[str]:
+    values = np.array([spread.median, spread.smallest, spread.largest])
+    return fixed(values / unit, 1)
+
+
+def _show_improvements(calibration: Calibration, console: Console) -> None:
+    now = calibration.predicted_error
+    rows = [["RMS as it is", mrad(now.rotation), mm(now.translation)]]
+    rows += [
+        [each.action, mrad(each.rotation), mm(each.translation)]
+        for each in calibration.improvements
+    ]
+    show_table(console, ["", "rotation\nmrad", "translation\nmm"], rows, left=[0])
 
 
 def _show_residuals(calibration: Calibration, console: Console) -> None:

@@ -1,14 +1,25 @@
-"""The report of a verification: the table of the paper, section IV-B."""
+"""The report of a verification: the table of the paper, section IV-B, and the verdict in words."""
 
 from __future__ import annotations
 
 from rich.console import Console
 
-from handeye_cli.records import Verification, VerificationRow
+from handeye_cli.records import Protocol, Verification, VerificationRow
 from handeye_cli.render.console import show_table
-from handeye_cli.render.text import mil, mm, mrad
+from handeye_cli.render.text import count, mil, mm, mrad, pixels
 
-_JUDGEMENT = {True: "yes", False: "no", None: ""}
+_PROTOCOLS = {
+    Protocol.SPLIT: "Each row calibrates on the first N stations and predicts the next N",
+    Protocol.LEAVE_ONE_OUT: "Each station is predicted by a calibration on all others",
+    Protocol.CALIBRATION: "An existing calibration predicts new stations",
+    Protocol.MOVED_TARGET: "An existing calibration predicts new stations; "
+    "the target, which was\nmoved, is where the other new stations see it",
+}
+_VERDICTS = {
+    True: "the errors are as predicted",
+    False: "the errors are larger than predicted, beyond chance",
+    None: "nothing predicts the errors",
+}
 
 
 def show_verification(verification: Verification, console: Console) -> None:
@@ -17,23 +28,32 @@ def show_verification(verification: Verification, console: Console) -> None:
         f"Errors on stations that took no part ({verification.setup.value}, {verification.method})",
         style="bold",
     )
-    console.print("RMS over the verification stations; predicted from the covariances\n")
-    judged = any(row.consistent is not None for row in verification.rows)
+    console.print(f"{_PROTOCOLS[verification.protocol]}.")
+    console.print("RMS over the stations predicted; expected from the covariances\n")
+    seen = any(row.reprojection is not None for row in verification.rows)
     headings = [
         "calibrated\non",
         "rotation\nmrad",
-        "predicted\nmrad",
+        "expected\nmrad",
         "translation\nmm",
         "\nmil",
-        "predicted\nmm",
-        "as\npredicted" if judged else "",
+        "expected\nmm",
+        "image\npx" if seen else "",
+        "plate\nmm" if seen else "",
     ]
-    show_table(console, headings, map(_cells, verification.rows), left=[6])
+    rows = [_cells(row, seen) for row in verification.rows]
+    show_table(console, headings, rows, left=[])
     if len(verification.rows) == 1:
-        _show_stations(verification.rows[0], console)
+        _show_stations(verification.rows[0], seen, console)
+    for row in verification.rows:
+        console.print(f"Calibrated on {count(row.stations, 'station')}: {_verdict(row)}.")
 
 
-def _cells(row: VerificationRow) -> list[str]:
+def _verdict(row: VerificationRow) -> str:
+    return _VERDICTS[row.consistent]
+
+
+def _cells(row: VerificationRow, seen: bool) -> list[str]:
     return [
         str(row.stations),
         mrad(row.rotation),
@@ -41,10 +61,22 @@ def _cells(row: VerificationRow) -> list[str]:
         mm(row.translation),
         mil(row.translation),
         mm(row.predicted_translation),
-        _JUDGEMENT[row.consistent],
+        pixels(row.reprojection) if seen else "",
+        mm(row.plate) if seen else "",
     ]
 
 
-def _show_stations(row: VerificationRow, console: Console) -> None:
-    rows = [[each.name, mrad(each.rotation), mm(each.translation)] for each in row.errors]
-    show_table(console, ["station", "rotation\nmrad", "translation\nmm"], rows, left=[0])
+def _show_stations(row: VerificationRow, seen: bool, console: Console) -> None:
+    rows = [
+        [
+            each.name,
+            mrad(each.rotation),
+            mm(each.translation),
+            pixels(each.reprojection) if seen else "",
+            mm(each.plate) if seen else "",
+        ]
+        for each in row.errors
+    ]
+    headings = ["station", "rotation\nmrad", "translation\nmm"]
+    headings += ["image\npx", "plate\nmm"] if seen else ["", ""]
+    show_table(console, headings, rows, left=[0])

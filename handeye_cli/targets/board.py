@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import ClassVar, Self
 
 import numpy as np
 
-from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray, TargetSpec
+from handeye_cli.records import Camera, Finding, FloatArray, GreyImage, IntArray, TargetSpec
 from handeye_cli.targets.drawing import Drawing
 
 
@@ -21,12 +22,14 @@ class Detection:
         pixels: (n, 2) their images, in pixels.
         sigma_px: Standard deviation of one coordinate, or None when the detector cannot tell.
         reason: Why the target was not found, for people; None when it was.
+        note: Which look of the target this is, for people, when its description leaves that open.
     """
 
     ids: IntArray
     pixels: FloatArray
     sigma_px: float | None = None
     reason: str | None = None
+    note: str | None = None
 
     @classmethod
     def missing(cls, reason: str) -> Self:
@@ -96,6 +99,17 @@ class Board(ABC):
             after: Other intrinsics.
         """
         return seen
+
+    def settled(self, seen: Sequence[Detection]) -> tuple[Board, Finding | None]:
+        """Return the target as a whole recording shows it, where its description leaves that open.
+
+        Args:
+            seen: What was found in the images.
+
+        Returns:
+            The target, and what the user should know of the choice.
+        """
+        return self, None
 
     def turns(self) -> tuple[IntArray, ...]:
         """Return the permutations of the points that a detector cannot tell apart.

@@ -14,17 +14,22 @@ from handeye_cli.images import ImageFile
 from handeye_cli.records import (
     Calibration,
     Camera,
+    Comparison,
+    CriticalFactors,
     Features,
     Finding,
+    Improvement,
     Noise,
     Observation,
     PaperPrediction,
     Plan,
     PlannedStation,
     PredictedError,
+    Protocol,
     ProvenanceStep,
     RecordedStation,
     Recording,
+    Spread,
     Station,
     StationError,
     StationResidual,
@@ -33,6 +38,12 @@ from handeye_cli.records import (
     UncertainPose,
     Verification,
     VerificationRow,
+)
+
+COMPARISON = (
+    Comparison("maximum-likelihood", 0.0, 0.0, 8.1e-4, 1.9e-4, 9.3e-4, 2.7e-4),
+    Comparison("li", 1e-4, 2e-5, 9e-4, 2e-4, reason='no held-out error: leaving out station "01"'),
+    Comparison("andreff", reason="expected rotations about two different axes"),
 )
 
 
@@ -70,6 +81,21 @@ TARGET = TargetSpec(
 FINDINGS = (
     Finding("one-bad-station", "warning", "station 03: 12 mrad off, \u00b0 and: #", "leave it out"),
     Finding("few-stations", "info", "only 3"),
+)
+FACTORS = CriticalFactors(  # angles that come back from degrees to the last bit
+    stations=12,
+    axes_angle=Spread(1.0, 0.25, np.pi / 2),
+    interstation_angle=Spread(0.75, 0.0, np.pi),
+    camera_distance=Spread(1 / 3, 0.1 + 0.2, 2**0.5),
+    gripper_distance=Spread(0.41, 1e-300, 123.456),
+    robot_share_rotation=1 / 3,
+    robot_share_translation=1.0,
+)
+IMPROVEMENTS = (
+    Improvement(
+        "nearer", "going nearer: 410 mm", 2**0.5 / 1000, 1e-300, "would help, # and \u00b0"
+    ),
+    Improvement("more-stations", "3 more", 0.0, 1 / 3, "would help too"),
 )
 PROVENANCE = (
     ProvenanceStep(
@@ -128,29 +154,37 @@ def calibration(rng: np.random.Generator, setup: Setup = Setup.EYE_IN_HAND) -> C
         StationResidual("01", True, 0.0, 1e-9),
         StationResidual("02", False, reason="the plate was not found"),
     )
+    joint = covariance(rng, 12)
     return Calibration(
         setup=setup,
         method="maximum-likelihood",
-        mount_T_camera=uncertain(rng),
-        reference_T_target=UncertainPose(pose(rng)),
+        mount_T_camera=UncertainPose(pose(rng), joint[:6, :6]),
+        reference_T_target=UncertainPose(pose(rng), joint[6:, 6:]),
         predicted_error=PREDICTION,
         noise=NOISE,
         noise_estimated=False,
         stations=residuals,
         pairs=((0, 1), (1, 2)),
+        factors=FACTORS,
+        improvements=IMPROVEMENTS,
+        comparison=COMPARISON,
         diagnosis=FINDINGS,
         camera=camera(rng),
         provenance=PROVENANCE,
+        covariance_between=joint[:6, 6:],
+        noise_freedom=17.3,
     )
 
 
 def verification(rng: np.random.Generator) -> Verification:
-    errors = tuple(StationError(f"0{k}", *(1e-3 * rng.random(2)).tolist()) for k in range(4))
+    errors = tuple(StationError(f"0{k}", *(1e-3 * rng.random(4)).tolist()) for k in range(4))
     rows = (
-        VerificationRow(4, 4.568e-3, 5.9e-4, 3e-3, 2e-4, True, errors),
+        VerificationRow(4, 4.568e-3, 5.9e-4, 3e-3, 2e-4, True, errors, 0.7, 1 / 3000),
         VerificationRow(6, 3.304e-3, 4.8e-4, None, None, None, ()),
     )
-    return Verification(Setup.EYE_IN_HAND, "tsai-lenz", rows, FINDINGS, PROVENANCE)
+    return Verification(
+        Setup.EYE_IN_HAND, "tsai-lenz", rows, FINDINGS, PROVENANCE, Protocol.LEAVE_ONE_OUT
+    )
 
 
 def plan(rng: np.random.Generator) -> Plan:

@@ -21,7 +21,9 @@ from handeye_cli import documents
 from handeye_cli.conventions import MIL
 from handeye_cli.documents import schema
 from handeye_cli.documents.units import from_milli, to_milli, with_floats
+from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
+from handeye_cli.records import Protocol
 
 NAMES = [
     "recording",
@@ -118,6 +120,35 @@ def test_calibration_names_its_poses_by_the_setup(records):
     beside = yaml.safe_load(documents.dump(records["calibration-eye-to-hand"], "yaml"))
     assert {key for key in in_hand if "_T_" in key} == {"gripper_T_camera", "base_T_target"}
     assert {key for key in beside if "_T_" in key} == {"base_T_camera", "gripper_T_target"}
+
+
+def read_changed(record, change):
+    data = json.loads(documents.dump(record, "json"))
+    change(data)
+    return documents.read("-", stdin=io.BytesIO(json.dumps(data).encode()))
+
+
+def test_the_covariance_between_the_poses_follows_their_unit(records):
+    found = read_changed(records["calibration"], lambda data: data.update(pose_units="mm"))
+    metres = np.array([1e-3] * 3 + [1.0] * 3)
+    expected = records["calibration"].covariance_between * np.outer(metres, metres)
+    np.testing.assert_allclose(found.covariance_between, expected, rtol=1e-15)
+
+
+def test_a_covariance_between_the_poses_must_fit_their_own(records):
+    def double(data):
+        data["covariance_between"] = (2.0 * np.array(data["covariance_between"])).tolist()
+
+    with pytest.raises(InputError, match="without negative eigenvalues, found the eigen") as caught:
+        read_changed(records["calibration"], double)
+    assert "covariance_between" in caught.value.where
+    with pytest.raises(InputError, match="beside the covariances of both poses, found it without"):
+        read_changed(records["calibration"], lambda data: data["base_T_target"].pop("covariance"))
+
+
+def test_a_verification_that_does_not_say_its_protocol_is_the_papers(records):
+    found = read_changed(records["verification"], lambda data: data.pop("protocol"))
+    assert found.protocol is Protocol.SPLIT
 
 
 def test_poses_are_written_as_translation_and_quaternion_in_metres(records):

@@ -16,12 +16,16 @@ from handeye_cli.pipeline import findings_of as findings
 from handeye_cli.plan import plan
 from handeye_cli.records import (
     Calibration,
+    CriticalFactors,
     Features,
     Finding,
+    Improvement,
     Noise,
     Observation,
     PaperPrediction,
     PredictedError,
+    Protocol,
+    Spread,
     Station,
     StationError,
     StationResidual,
@@ -62,6 +66,19 @@ def calibration() -> Calibration:
             StationResidual("01", used=False, reason=LOST),
             StationResidual("\x1b[2Jpause [7]", used=True, rotation=12e-3, translation=3e-3),
         ),
+        factors=CriticalFactors(
+            stations=2,
+            axes_angle=Spread(1.06, 0.75, 1.49),
+            interstation_angle=Spread(0.78, 0.26, 1.37),
+            camera_distance=Spread(0.41, 0.4, 0.43),
+            gripper_distance=Spread(0.1851, 0.026, 1.0244),
+            robot_share_rotation=0.9522,
+            robot_share_translation=0.31,
+        ),
+        improvements=(
+            Improvement("nearer", "halving the camera distance", 0.74e-3, 0.12e-3, "would help"),
+            Improvement("tilt", "tilting farther " * 5, 0.64e-3, 0.15e-3, "would help too"),
+        ),
         diagnosis=(
             Finding("station-apart", "warning", "station 02 is 9 sigma away", "take it out"),
             Finding("paper", "info", "the paper predicts 1.02 mrad"),
@@ -81,6 +98,19 @@ def verification() -> Verification:
 
 def one_row() -> Verification:
     return Verification(Setup.EYE_IN_HAND, "tsai-lenz", verification().rows[:1])
+
+
+def left_out_with_pixels() -> Verification:
+    errors = (
+        StationError("04", 4.1e-3, 0.5e-3, 12.345, 1.234e-3),
+        StationError("05", 5.0e-3, 0.7e-3),
+    )
+    row = VerificationRow(11, 14.568e-3, 10.5902e-3, 4.2e-3, 0.61e-3, False, errors, 12.3, 11.2e-3)
+    return Verification(Setup.EYE_IN_HAND, "tsai-lenz", (row,), protocol=Protocol.LEAVE_ONE_OUT)
+
+
+def calibration_with_moved_target() -> Verification:
+    return replace(one_row(), protocol=Protocol.MOVED_TARGET)
 
 
 def line() -> tuple[Station, ...]:
@@ -120,6 +150,8 @@ RECORDS = {
         calibration,
         verification,
         one_row,
+        left_out_with_pixels,
+        calibration_with_moved_target,
         features,
         stations,
         plan_of_cameras,
@@ -173,6 +205,15 @@ def test_a_long_finding_is_not_broken():
     stream = io.StringIO()
     show_findings(make_console(stream), [Finding("long", "info", "word " * 60)])
     assert len(stream.getvalue().splitlines()) == 1
+
+
+def test_what_was_not_measured_takes_no_place():
+    text = printed(show, replace(calibration(), factors=None, improvements=()))
+    assert "What" not in text
+    unknown = replace(calibration().factors, robot_share_rotation=None)
+    text = printed(show, replace(calibration(), factors=unknown))
+    assert "What limits it" in text
+    assert "mean square" not in text
 
 
 def test_a_given_noise_is_said_to_be_given():

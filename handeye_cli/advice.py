@@ -1,0 +1,289 @@
+"""What limits the accuracy of a recording, and what each of the paper's steps would gain.
+
+The steps of section III-C are tried on the recording itself, each on its own, and its error is
+predicted anew from the covariances. Nearer grippers (step 4) are no step of their own: the robot's
+noise is the same at every pose here, and the grippers come nearer when the camera does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+import numpy as np
+
+from handeye_cli import what_if
+from handeye_cli.chain import Chain, has_pixels
+from handeye_cli.conventions import MM, MRAD
+from handeye_cli.factors import measured_factors
+from handeye_cli.geometry import rotations, statistics
+from handeye_cli.geometry.loop import isotropic_covariance
+from handeye_cli.noise_levels import NoiseModel
+from handeye_cli.records import (
+    CriticalFactors,
+    FloatArray,
+    Improvement,
+    IntArray,
+    Noise,
+    PredictedError,
+    Stations,
+)
+from handeye_cli.sight import Sight, sight_of
+from handeye_cli.solvers import Solution
+from handeye_cli.solvers.motions import interstation_motions
+from handeye_cli.what_if import Layout, Rig
+
+_MOST = 4
+_WORTH_IT = 0.1
+"""Smallest part of an error that an improvement takes away, of rotation or translation."""
+_NO_WORSE = 1.01
+_PAPERS_TILT = np.radians(30.0)
+
+
+class _Intrinsics(Enum):
+    """Where the intrinsics come from, and with them their error."""
+
+    EXACT = auto()
+    GIVEN = auto()
+    FROM_THESE_IMAGES = auto()
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A recording whose error can be predicted under changes.
+
+    Attributes:
+        layout: Its stations.
+        rig: What stays.
+        noise: Levels of the noise.
+        camera_known: Whether the camera's share of the noise is known.
+        sight: What the camera sees, or None when that is unknown.
+        resees: Whether the camera's noise follows from what it sees.
+        intrinsics: What is known of the error of the intrinsics, which all stations share.
+        centre: (3,) point of the target that it is looked at.
+    """
+
+    layout: Layout
+    rig: Rig
+    noise: Noise
+    camera_known: bool
+    sight: Sight | None
+    resees: bool
+    intrinsics: _Intrinsics
+    centre: FloatArray
+
+    def at(self, B: FloatArray, sight: Sight | None = None) -> FloatArray:
+        """Return the (2,) expected error with the stations at other (N, 4, 4) poses B."""
+        sight = sight or self.sight
+        if sight is None or not self.resees:
+            return _total(self.rig.mean_squares(replace(self.layout, B=B)))
+        changed = replace(self.layout, B=B, camera_covariance=sight.covariance(B))
+        return _total(self.rig.mean_squares(changed))
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A change, and what it would lead to.
+
+    Attributes:
+        change: Its code.
+        action: What would be done, in words.
+        error: (2,) rotation and translation error from the noise of the stations.
+        shared: What the error that all stations share is multiplied by.
+    """
+
+    change: str
+    action: str
+    error: FloatArray
+    shared: float = 1.0
+
+
+def advise(
+    stations: Stations,
+    chain: Chain,
+    pairs: IntArray,
+    *,
+    method: str,
+    solution: Solution,
+    model: NoiseModel,
+    error: PredictedError,
+) -> tuple[CriticalFactors, tuple[Improvement, ...]]:
+    """Measure a recording's critical factors and compute what would improve its answer.
+
+    An improvement takes at least a tenth away from the error of rotation or translation and adds to
+    neither. What the noise of the stations does not explain of the error is that of the intrinsics;
+    where the cameras stand is taken to leave it as it is.
+
+    Args:
+        stations: The document, for its setup, target, camera and pixels.
+        chain: The stations that were used.
+        pairs: (m, 2) their interstation pairs.
+        method: The row of the table of solvers that gave the answer.
+        solution: The answer.
+        model: The noise of the stations' poses.
+        error: The predicted error of the answer.
+
+    Returns:
+        The factors, and at most four improvements, the best first.
+    """
+    noise = model.noise
+    robot = isotropic_covariance(noise.robot_rotation or 0.0, noise.robot_translation or 0.0)
+    rig = Rig(stations.setup, method, solution, robot)
+    case = _case(stations, chain, pairs, rig, model)
+    squares = case.rig.mean_squares(case.layout)
+    now = _total(squares)
+    reported = np.array([error.rotation, error.translation])
+    share = np.clip(squares[0] / np.maximum(now, reported) ** 2, 0.0, 1.0)
+    factors = measured_factors(
+        chain,
+        pairs,
+        stations.setup,
+        centre=case.centre,
+        robot_share=share if case.camera_known else None,
+    )
+    return factors, _improvements(case, factors, now, reported)
+
+
+def _case(stations: Stations, chain: Chain, pairs: IntArray, rig: Rig, model: NoiseModel) -> _Case:
+    sight = sight_of(stations, chain)
+    resees = has_pixels(stations, chain)
+    camera = model.covariance[:, 6:, 6:]
+    return _Case(
+        layout=Layout(chain.B, sight.covariance(chain.B) if sight and resees else camera, pairs),
+        rig=rig,
+        noise=model.noise,
+        camera_known=bool(np.any(camera)),
+        sight=sight,
+        resees=sight is not None and resees,
+        intrinsics=_intrinsics(stations),
+        centre=np.zeros(3) if sight is None else sight.centre,
+    )
+
+
+def _intrinsics(stations: Stations) -> _Intrinsics:
+    if stations.camera is None or stations.camera.covariance is None:
+        return _Intrinsics.EXACT
+    from handeye_cli.pixel_data import CALIBRATED
+
+    here = any(finding.code == CALIBRATED for finding in stations.findings)
+    return _Intrinsics.FROM_THESE_IMAGES if here else _Intrinsics.GIVEN
+
+
+def _improvements(
+    case: _Case, factors: CriticalFactors, now: FloatArray, reported: FloatArray
+) -> tuple[Improvement, ...]:
+    explained = np.minimum(reported, now)
+    shared = np.sqrt(reported**2 - explained**2)
+    found = []
+    for step in _steps(case, factors, now):
+        after = np.hypot(explained * step.error / now, shared * step.shared)
+        gain = 1.0 - np.min(after / reported)
+        if gain >= _WORTH_IT and np.all(after <= _NO_WORSE * reported):
+            found.append((gain, _improvement(step, reported, after)))
+    found.sort(key=lambda each: -each[0])
+    return tuple(improvement for _, improvement in found[:_MOST])
+
+
+def _improvement(step: _Step, before: FloatArray, after: FloatArray) -> Improvement:
+    from_rotation, from_translation = _short(before[0] / MRAD), _short(before[1] / MM)
+    to_rotation, to_translation = _short(after[0] / MRAD), _short(after[1] / MM)
+    message = (
+        f"{step.action} would take the rotation from {from_rotation} to {to_rotation} mrad and the "
+        f"translation from {from_translation} to {to_translation} mm"
+    )
+    return Improvement(step.change, step.action, float(after[0]), float(after[1]), message)
+
+
+def _steps(case: _Case, factors: CriticalFactors, now: FloatArray) -> Iterator[_Step]:
+    yield from _circle(case, factors)
+    yield _more_tilted(case, factors)
+    yield _nearer(case, factors)
+    yield _more_stations(case, factors, now)
+    if case.intrinsics is not _Intrinsics.EXACT:
+        yield _Step("intrinsics", "halving the error of the intrinsics", now, 0.5)
+    if case.camera_known:
+        yield _less_camera_noise(case)
+    yield _less_robot_noise(case)
+
+
+def _circle(case: _Case, factors: CriticalFactors) -> Iterator[_Step]:
+    """Step 1: the paper's station generator, which 'handeye plan' follows."""
+    aside = statistics.median(what_if.tilts(case.layout.B, case.centre))
+    tilt = round(np.degrees(np.clip(aside, _PAPERS_TILT, what_if.MAX_TILT)))
+    distance = max(round(factors.camera_distance.median / MM), 1)
+    whole = None if case.sight is None else case.sight.of_whole_target()
+    B = what_if.circle(case.layout.B, case.centre, distance * MM, float(np.radians(tilt)), whole)
+    if B is not None:
+        action = f"{factors.stations} stations by 'handeye plan': {distance} mm, tilt {tilt} deg"
+        yield _Step("circle", action, case.at(B, whole))
+
+
+def _more_tilted(case: _Case, factors: CriticalFactors) -> _Step:
+    """Step 2: larger interstation rotations."""
+    B = what_if.more_tilted(case.layout.B, case.centre, case.sight)
+    _, motion = interstation_motions(case.layout.B, B, case.layout.pairs)
+    angle = statistics.median(rotations.angle(motion[:, :3, :3]))
+    action = (
+        f"tilting farther ({np.degrees(factors.interstation_angle.median):.0f} to "
+        f"{np.degrees(angle):.0f} deg between stations)"
+    )
+    return _Step("tilt", action, case.at(B))
+
+
+def _nearer(case: _Case, factors: CriticalFactors) -> _Step:
+    """Step 3: the camera nearer to the target."""
+    B = what_if.nearer(case.layout.B, case.centre, case.sight)
+    before = factors.camera_distance.median
+    after = what_if.distances(B, case.centre)
+    half = np.allclose(after, what_if.distances(case.layout.B, case.centre) / 2.0)
+    what = "halving the camera distance" if half else "going as near as the view allows"
+    action = f"{what} ({before / MM:.0f} to {statistics.median(after) / MM:.0f} mm)"
+    return _Step("camera-distance", action, case.at(B))
+
+
+def _more_stations(case: _Case, factors: CriticalFactors, now: FloatArray) -> _Step:
+    """Step 5: errors go with the root of the number of stations."""
+    root = float(np.sqrt(0.5))
+    shared = root if case.intrinsics is _Intrinsics.FROM_THESE_IMAGES else 1.0
+    action = f"{factors.stations} more stations like these {factors.stations}"
+    return _Step("more-stations", action, root * now, shared)
+
+
+def _less_camera_noise(case: _Case) -> _Step:
+    """Step 6: better target poses."""
+    quiet = replace(case.layout, camera_covariance=case.layout.camera_covariance / 4.0)
+    error = _total(case.rig.mean_squares(quiet))
+    shared = 0.5 if case.intrinsics is _Intrinsics.FROM_THESE_IMAGES else 1.0
+    return _Step("camera-noise", f"halving the {_camera_noise(case)}", error, shared)
+
+
+def _less_robot_noise(case: _Case) -> _Step:
+    """Step 7: a better calibrated robot."""
+    still = replace(case.rig, robot_covariance=case.rig.robot_covariance / 4.0)
+    error = _total(still.mean_squares(case.layout))
+    return _Step("robot-noise", f"halving the {_robot_noise(case)}", error)
+
+
+def _camera_noise(case: _Case) -> str:
+    if case.sight is not None and case.resees:
+        return f"pixel noise ({_short(statistics.median(case.sight.sigma))} px)"
+    return f"camera's noise ({_levels(case.noise.camera_rotation, case.noise.camera_translation)})"
+
+
+def _robot_noise(case: _Case) -> str:
+    who = "robot's noise" if case.camera_known else "noise of robot and camera"
+    return f"{who} ({_levels(case.noise.robot_rotation, case.noise.robot_translation)})"
+
+
+def _levels(rotation: float | None, translation: float | None) -> str:
+    return f"{_short((rotation or 0.0) / MRAD)} mrad, {_short((translation or 0.0) / MM)} mm"
+
+
+def _short(value: float) -> str:
+    """Return three figures, and all of them before the point."""
+    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
+
+
+def _total(mean_squares: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(mean_squares.sum(axis=0)))
