@@ -84,7 +84,7 @@ def _distance(
         edge for a step of 1 on the plate.
     """
     x, y = away[:, 0], away[:, 1]
-    length = np.maximum(np.sqrt(x * x + y * y), np.float32(1e-6))
+    length: SingleArray = np.maximum(np.sqrt(x * x + y * y), np.float32(1e-6))
     outward = away / length[:, None]
     cosine, sine = outward[:, 0], outward[:, 1]
     x_u, y_u, x_v, y_v = np.moveaxis(slopes, 1, 0)

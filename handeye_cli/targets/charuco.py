@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
 import cv2
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, Finding, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.corner_refinement import refine_corners, spans_a_plane
 from handeye_cli.targets.drawing import Drawing, checkers, outline_around
 from handeye_cli.targets.keys import Range, refuse
 from handeye_cli.targets.markers import (
@@ -20,6 +22,12 @@ from handeye_cli.targets.markers import (
     printed,
     require_markers,
 )
+
+_NOTES = {
+    False: "layout of OpenCV 4.6 and later",
+    True: "layout of OpenCV before 4.6 (legacy)",
+}
+"""The layouts by the value of `legacy`."""
 
 
 @dataclass(frozen=True)
@@ -79,36 +87,68 @@ class Charuco(Board):
         )
 
     def detect(self, grey: GreyImage) -> Detection:
-        """Return the corners that are seen, or why they are too few."""
-        both = self.legacy is None and self.rows % 2 == 0
-        layouts = (False, True) if both else (bool(self.legacy),)
-        seen = [self._corners(grey, legacy) for legacy in layouts]
-        ids, pixels, markers = max(seen, key=lambda each: len(each[0]))
+        """Return the corners that are seen, or why they are too few.
+
+        Where the layout is open, the note says which one fits better.
+        """
+        looks = [self._corners(grey, legacy) for legacy in self._layouts]
+        best, markers = max(looks, key=lambda look: len(look[0].ids))
         if markers == 0:
             name = dictionary_name(self.dictionary)
             return Detection.missing(f"no marker of {name} was found")
-        places = self._lattice[ids]
-        if len(ids) < 4 or np.linalg.matrix_rank(places - places[0]) < 2:
+        if not spans_a_plane(self.points()[best.ids, :2]):
             return Detection.missing(
-                f"{len(ids)} of {len(self._lattice)} corners were found: at least 4 that are not "
-                "all on one line are needed"
+                f"{len(best.ids)} of {len(self._lattice)} corners were found: at least 4 that are "
+                "not all on one line are needed"
             )
-        return Detection(ids, pixels)
+        return best
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the corners where the edges cross, with the noise that the image leaves."""
+        corners, square = self.points()[:, :2], self.square_mm * MM
+        gap = (self.square_mm - self.marker_mm) / 2.0 * MM
+        return refine_corners(grey, corners, square, seen, camera, gap=gap)
+
+    def settled(self, seen: Sequence[Detection]) -> tuple[Board, Finding | None]:
+        """Return the board with the layout that the images show, and a finding if it was open."""
+        corners = {
+            legacy: sum(len(each.ids) for each in seen if each.note == _NOTES[legacy])
+            for legacy in self._layouts
+        }
+        if len(corners) == 1 or not any(corners.values()):
+            return self, None
+        legacy = corners[True] > corners[False]
+        images = sum(each.note == _NOTES[legacy] for each in seen)
+        shown = sum(each.note is not None for each in seen)
+        value = str(legacy).lower()
+        finding = Finding(
+            "charuco-layout",
+            "info",
+            f"with {self.rows} rows of squares the board has one of two layouts; {images} of "
+            f"{shown} images that show it have the {_NOTES[legacy]}",
+            f"add legacy: {value} to the target, or :legacy={value} to its shorthand, to fix it",
+        )
+        return replace(self, legacy=legacy), finding
 
     @property
     def _lattice(self) -> IntArray:
         return lattice.grid(self.columns - 1, self.rows - 1)
 
-    def _corners(self, grey: GreyImage, legacy: bool) -> tuple[IntArray, FloatArray, int]:
-        """Return ids and pixels of the seen corners of one layout, and the number of markers."""
+    @property
+    def _layouts(self) -> tuple[bool, ...]:
+        """Values of `legacy` that the description leaves open."""
+        both = self.legacy is None and self.rows % 2 == 0
+        return (False, True) if both else (bool(self.legacy),)
+
+    def _corners(self, grey: GreyImage, legacy: bool) -> tuple[Detection, int]:
+        """Return the seen corners of one layout, and the number of markers."""
         corners, ids, _, markers = self._detector(legacy).detectBoard(grey)
-        count_markers = 0 if markers is None else len(markers)
-        if ids is None or len(ids) == 0:
-            return np.zeros(0, dtype=np.int64), np.zeros((0, 2)), count_markers
-        found = np.ravel(ids).astype(np.int64)
+        found = np.zeros(0, dtype=np.int64) if ids is None else np.ravel(ids).astype(np.int64)
         order = np.argsort(found)
-        pixels = np.reshape(corners, (-1, 2)).astype(np.float64)
-        return found[order], pixels[order], count_markers
+        pixels = np.zeros((0, 2)) if ids is None else np.reshape(corners, (-1, 2))
+        note = _NOTES[legacy] if len(self._layouts) > 1 else None
+        seen = Detection(found[order], pixels[order].astype(np.float64), note=note)
+        return seen, 0 if markers is None else len(markers)
 
     def _detector(self, legacy: bool) -> Any:
         board = cv2.aruco.CharucoBoard(

@@ -1,23 +1,21 @@
-"""A chessboard, all of whose inner corners must be seen."""
+"""A chessboard, nearly all of whose inner corners must be seen."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import cv2
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import FloatArray, GreyImage, IntArray
+from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
 from handeye_cli.targets.board import Board, Detection
+from handeye_cli.targets.chessboard_finder import find_chessboard
+from handeye_cli.targets.corner_refinement import refine_corners
 from handeye_cli.targets.drawing import Drawing, checkers, outline_around
 from handeye_cli.targets.front_view import fits_plane, front_view
 from handeye_cli.targets.keys import Range
-
-_REACH = 0.35
-"""Half of the refinement's window in corner spacings: at 0.5 it would see the next corner."""
 
 
 @dataclass(frozen=True)
@@ -57,43 +55,36 @@ class Chessboard(Board):
         return lattice.symmetries(self._lattice, squares[_dark(squares)])
 
     def detect(self, grey: GreyImage) -> Detection:
-        """Return all inner corners, or why they were not found.
+        """Return the inner corners, all but a few covered ones, or why they were not found.
 
         Where the colours leave a choice, point 0 is the corner nearest to the image's top left.
         """
-        corners = self._find(grey)
-        if corners is None:
-            return Detection.missing(
-                f"no chessboard of {self.columns}x{self.rows} inner corners was found"
-            )
-        pixels = _refined(grey, corners.reshape(self.rows, self.columns, 2))
-        if not fits_plane(self._lattice, pixels, 0.5):
+        found = find_chessboard(grey, self.columns, self.rows)
+        if isinstance(found, str):
+            return Detection.missing(found)
+        if not fits_plane(self._lattice, found.pixels, 0.5):
             return Detection.missing("the corners that were found do not lie on a chessboard")
         orders = [
             order
-            for order in lattice.right_handed(self._lattice, pixels)
-            if self._colours_agree(grey, pixels[order])
+            for order in lattice.right_handed(self._lattice, found.pixels)
+            if self._colours_agree(grey, found.pixels[order])
         ]
         if not orders:
             return Detection.missing(
                 f"a board with {self.columns}x{self.rows} inner corners was found, but in no "
                 "order of them is the square at the top left dark"
             )
-        return Detection.whole(pixels[lattice.first_in_image(pixels, orders)])
+        order = lattice.first_in_image(found.pixels, orders)
+        ids = np.flatnonzero(found.seen[order]).astype(np.int64)
+        return Detection(ids, found.pixels[order[ids]])
+
+    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
+        """Return the corners where the edges cross, with the noise that the image leaves."""
+        return refine_corners(grey, self.points()[:, :2], self.square_mm * MM, seen, camera)
 
     @property
     def _lattice(self) -> IntArray:
         return lattice.grid(self.columns, self.rows)
-
-    def _find(self, grey: GreyImage) -> FloatArray | None:
-        size = (self.columns, self.rows)
-        flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
-        found, corners = cv2.findChessboardCorners(
-            grey, size, flags=flags | cv2.CALIB_CB_FAST_CHECK
-        )
-        if not found:
-            found, corners = cv2.findChessboardCornersSB(grey, size)
-        return np.asarray(corners, dtype=np.float64) if found else None
 
     def _colours_agree(self, grey: GreyImage, pixels: FloatArray) -> bool:
         """Say whether the squares between the corners are dark where they should be."""
@@ -107,14 +98,3 @@ class Chessboard(Board):
 def _dark(squares: IntArray) -> IntArray:
     """Return which of the squares with these (n, 2) centres, in half squares, are dark."""
     return np.asarray((squares + 1).sum(axis=1) % 4 == 0)
-
-
-def _refined(grey: GreyImage, corners: FloatArray) -> FloatArray:
-    """Return (rows, columns, 2) corners as (n, 2) pixels moved to the saddle of the grey levels."""
-    across = np.linalg.norm(np.diff(corners, axis=1), axis=-1).min()
-    along = np.linalg.norm(np.diff(corners, axis=0), axis=-1).min()
-    half = max(2, int(_REACH * min(across, along)))
-    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-3)
-    start = corners.reshape(-1, 1, 2).astype(np.float32)
-    pixels = cv2.cornerSubPix(grey, start, (half, half), (-1, -1), criteria)
-    return np.reshape(pixels, (-1, 2)).astype(np.float64)
