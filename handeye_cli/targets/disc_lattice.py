@@ -7,7 +7,6 @@ neighbour to neighbour and needs no model of the camera.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -17,6 +16,7 @@ from scipy.spatial import KDTree
 
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
+from handeye_cli.targets.lattice_walk import joined_parts
 
 _NEAR = (0.72, 1.32)
 """Distance of neighbours over the expected one; sqrt(2) would be the diagonal."""
@@ -30,7 +30,6 @@ _SIZES = (0.65, 1.4)
 """Width of a spot over the expected one."""
 _AROUND = 12
 """Nearest spots among which the four neighbours are, even at a tilt of 70 degrees."""
-_STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 _ROUNDS = 6
 _MOST = 3
 """Parts of a lattice that are looked at."""
@@ -61,7 +60,7 @@ def grow(spots: Spots, reach: float, larger: float) -> Iterator[Cells]:
     """
     if len(spots) < 4:
         return
-    parts = sorted(_parts(_neighbours(spots, reach)), key=len, reverse=True)
+    parts = joined_parts(_neighbours(spots, reach))
     for part in parts[:_MOST]:
         cells = _settled(spots, part, reach, larger)
         if cells is not None:
@@ -112,48 +111,11 @@ def _answers(
     return np.asarray(near & (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE))
 
 
-def _parts(neighbours: IntArray) -> list[dict[int, tuple[int, int]]]:
-    """Return the joined parts of at least 4 spots, each a map from spots to places."""
-    table = neighbours.tolist()
-    free = set(range(len(table)))
-    parts = []
-    degrees = np.sum(neighbours >= 0, axis=1)
-    for seed in np.argsort(-degrees, kind="stable")[: np.sum(degrees >= 2)].tolist():
-        if seed in free:
-            part = _walk(table, seed, free)
-            free -= part.keys()
-            if len(part) >= 4:
-                parts.append(part)
-    return parts
-
-
-def _walk(table: list[list[int]], seed: int, free: set[int]) -> dict[int, tuple[int, int]]:
-    """Return the places of the spots that are joined with a seed, breadth first."""
-    places, turns, taken = {seed: (0, 0)}, {seed: 0}, {(0, 0)}
-    queue = deque([seed])
-    while queue:
-        here = queue.popleft()
-        for k, there in enumerate(table[here]):
-            if there < 0 or there in places or there not in free or here not in table[there]:
-                continue
-            step = _STEPS[(k + turns[here]) % 4]
-            place = (places[here][0] + step[0], places[here][1] + step[1])
-            if place in taken:
-                continue
-            places[there] = place
-            # seen from there, the way back is the opposite of the way forth
-            turns[there] = (k + turns[here] + 2 - table[there].index(here)) % 4
-            taken.add(place)
-            queue.append(there)
-    return places
-
-
 def _settled(
-    spots: Spots, part: dict[int, tuple[int, int]], reach: float, larger: float
+    spots: Spots, part: tuple[IntArray, IntArray], reach: float, larger: float
 ) -> Cells | None:
     """Return a part without what does not fit a plane, and with all spots beside it that do."""
-    members = np.array(list(part), dtype=np.int64)
-    places = np.array(list(part.values()), dtype=np.int64)
+    members, places = part
     back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
     members, places = members[fitting], places[fitting]
     for _ in range(_ROUNDS):
