@@ -46,7 +46,7 @@ _CORE_BLURS = 4.5
 _CLEAR_BLURS = 3.0
 """How far what is printed in a light square is seen."""
 _BLUR_LIMITS = (0.3, 4.0)
-_FIRST_STEPS, _LAST_STEPS = 4, 2
+_FIRST_STEPS, _LAST_STEPS = 3, 2
 _STEEPEST = 0.2
 """Likely change of the light over half a window, before its course is known."""
 _ROUNDING = 1.0 / 12.0

@@ -58,16 +58,16 @@ class Attempts:
 
     def reason(self) -> str:
         """Return the most telling reason for an image without the board."""
-        total, name = self.columns * self.rows, f"{self.columns}x{self.rows} inner corners"
+        total, name = self.columns * self.rows, f"{self.columns}x{self.rows}"
         if self.other is not None and self.covered >= _FEW * total:
             other = f"{self.other[0]}x{self.other[1]}"
-            return f"a chessboard of {other} inner corners was found, not one of {name}"
+            return f"{other} inner corners of a chessboard were found, not {name}"
         if self.covered == total:
             return f"the corners go on beyond {name}: the declared board fits several places"
         if self.sides and self.covered >= _FEW * total:
             where = " and ".join(self.sides)
             return f"{self.covered} of {total} corners: the board leaves the image on the {where}"
-        missing = f"no chessboard of {name} was found"
+        missing = f"no chessboard of {name} inner corners was found"
         if self.covered < 4:
             return missing
         return f"{missing}: at most {self.covered} of {total} corners lie on one"

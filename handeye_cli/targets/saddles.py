@@ -15,18 +15,9 @@ from numpy.typing import NDArray
 
 from handeye_cli.records import FloatArray, GreyImage
 
-_BENDS = tuple(
-    np.array(kernel, dtype=np.float32) / 4.0
-    for kernel in (
-        [[1, -2, 1], [2, -4, 2], [1, -2, 1]],
-        [[1, 0, -1], [0, 0, 0], [-1, 0, 1]],
-        [[1, 2, 1], [-2, -4, -2], [1, 2, 1]],
-    )
-)
-"""Second derivatives by u and u, u and v, v and v."""
 _BLUR = 1.0
 """Standard deviation of the smoothing, pixels; the noise is to have few saddles."""
-_LEAST = 2.0
+_LEAST = 4.0
 """Smallest product of the curvatures of a saddle, squared grey levels per pixel to the fourth."""
 _APART = 5
 """Side of the square in which a saddle is the strongest, pixels."""
@@ -66,7 +57,7 @@ def find_saddles(grey: GreyImage) -> Saddles:
     """Return the saddles of a (height, width) image that look like corners of squares."""
     blurred = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), _BLUR)
     smooth = np.asarray(blurred, dtype=np.float32)
-    bends = [cv2.filter2D(smooth, -1, kernel) for kernel in _BENDS]
+    bends = [cv2.Sobel(smooth, cv2.CV_32F, *each, scale=0.25) for each in ((2, 0), (1, 1), (0, 2))]
     strength = bends[1] * bends[1] - bends[0] * bends[2]
     window = np.ones((_APART, _APART), dtype=np.uint8)
     peak = (strength == cv2.dilate(strength, window)) & (strength > _LEAST)

@@ -7,7 +7,8 @@ import yaml
 from targets.rendering import bitmap, pose_view, project, render
 
 from handeye_cli import targets
-from handeye_cli.records import TargetSpec
+from handeye_cli.records import Camera, TargetSpec
+from handeye_cli.targets.board import Detection
 
 SHARED = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
@@ -60,6 +61,39 @@ def test_both_layouts_are_tried_when_the_rows_are_even(legacy):
     assert "0 of 20 corners" in board_of("5x6", wrong).detect(image).reason
 
 
+@pytest.mark.parametrize("legacy", [False, True])
+def test_the_layout_that_fits_is_noted_and_settled_for_the_recording(legacy):
+    board = board_of("5x6")
+    detections = [board.detect(picture(5, 6, legacy=legacy, roll=roll)[0]) for roll in (10, 40)]
+    name = "layout of OpenCV before 4.6 (legacy)" if legacy else "layout of OpenCV 4.6 and later"
+    assert [seen.note for seen in detections] == [name, name]
+    # one image in which the other layout seemed to fit, and one without the board
+    other = board.detect(picture(5, 6, legacy=not legacy)[0])
+    stray = Detection(other.ids[:4], other.pixels[:4], note=other.note)
+    settled, finding = board.settled([stray, *detections, Detection.missing("none")])
+    assert settled.legacy is legacy
+    assert targets.parse(targets.shorthand(settled.spec)) == settled.spec
+    assert (finding.code, finding.severity) == ("charuco-layout", "info")
+    assert f"with 6 rows of squares the board has one of two layouts; 2 of 3 images that show it " \
+           f"have the {name}" == finding.message  # fmt: skip
+    assert f"legacy: {str(legacy).lower()}" in finding.advice
+    assert settled.settled(detections) == (settled, None)
+
+
+@pytest.mark.parametrize(("shape", "tail"), [("5x7", ""), ("5x6", ":legacy"), ("5x7", ":legacy")])
+def test_a_layout_that_is_known_needs_no_note(shape, tail):
+    board = board_of(shape, tail)
+    seen = board.detect(picture(5, int(shape[-1]), legacy=bool(tail))[0])
+    assert seen.note is None
+    assert board.settled([seen]) == (board, None)
+
+
+def test_no_image_settles_nothing():
+    board = board_of("5x6")
+    assert board.settled([]) == (board, None)
+    assert board.settled([Detection.missing("no marker")]) == (board, None)
+
+
 def test_part_of_a_board_gives_the_corners_that_are_seen():
     board = board_of("5x7")
     image, H = picture(5, 7, aim=(16, 2))
@@ -93,10 +127,16 @@ def test_every_image_of_the_real_board_gives_all_corners():
     recording = yaml.safe_load((folder / "recording.yaml").read_text())
     spec = dict(recording["target"])
     board = targets.build(TargetSpec(spec.pop("type"), spec))
+    camera = Camera(**recording["camera"])
     assert len(recording["stations"]) == 16
     for station in recording["stations"]:
-        seen = board.detect(cv2.imread(str(folder / station["image"]), cv2.IMREAD_GRAYSCALE))
+        image = cv2.imread(str(folder / station["image"]), cv2.IMREAD_GRAYSCALE)
+        seen = board.detect(image)
         assert seen.ids.tolist() == list(range(24)), station["name"]
         H, _ = cv2.findHomography(board.points()[:, :2], seen.pixels)
         # distortion of the lens and a bent board are left in
         assert np.abs(seen.pixels - project(H, board.points())).max() < 2.0
+        fine = board.refine(image, seen, camera)
+        assert len(fine.ids) >= 20, station["name"]
+        assert np.abs(fine.pixels - seen.pixels[fine.ids]).max() < 0.5
+        assert 0.005 < fine.sigma_px < 0.05
