@@ -101,17 +101,9 @@ def to_stations(record: Any, steps: Steps) -> Stations:
 
 def _require_points_of_target(features: Features) -> None:
     from handeye_cli import targets
+    from handeye_cli.views import require_points_of_target
 
-    count = len(targets.build(features.target).points())
-    for station in features.stations:
-        largest = -1 if station.observation is None else max(station.observation.ids, default=-1)
-        if largest >= count:
-            raise InputError(
-                f"expected ids of the {count} points of the target, 0 to {count - 1}, "
-                f"found {largest}",
-                where=f'station "{station.name}"',
-                hint="the points were found with another target, or their numbers start at 1",
-            )
+    require_points_of_target(features.stations, len(targets.build(features.target).points()))
 
 
 def _ready_stations(record: Any, steps: Steps) -> Stations:

@@ -11,7 +11,7 @@ from handeye_cli.chain import Chain, has_pixels
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import joint_bundle, pnp
 from handeye_cli.records import Camera, FloatArray, IntArray, Station, Stations
-from handeye_cli.views import Views, views_of
+from handeye_cli.views import Views, require_points_of_target, views_of
 
 CALIBRATED = "intrinsics-calibrated"
 """Code of the finding that says that the intrinsics come from the stations' own images."""
@@ -116,7 +116,7 @@ def pixel_data(stations: Stations) -> PixelData:
         station if station.camera_T_target else replace(station, observation=None)
         for station in stations.stations
     ]
-    _check_ids(usable, len(points))
+    require_points_of_target(usable, len(points))
     camera, views = stations.camera, views_of(usable, points)
     seen = [usable[index] for index in views.index]
     poses = np.array([each.camera_T_target.matrix for each in seen if each.camera_T_target])
@@ -137,18 +137,6 @@ def _directions(camera: Camera) -> FloatArray:
     if camera.covariance is None:
         return np.zeros((camera.parameters.size, 0))
     return joint_bundle.uncertain_directions(camera.covariance)
-
-
-def _check_ids(stations: list[Station], count: int) -> None:
-    for station in stations:
-        largest = -1 if station.observation is None else max(station.observation.ids, default=-1)
-        if largest >= count:
-            raise InputError(
-                f"expected ids of the {count} points of the target, 0 to {count - 1}, "
-                f"found {largest}",
-                where=f'station "{station.name}"',
-                hint="the points were found with another target, or their numbers start at 1",
-            )
 
 
 def _pixel_noise(seen: list[Station], views: Views, squares: FloatArray) -> FloatArray:

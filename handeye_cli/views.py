@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handeye_cli.conventions import Setup
+from handeye_cli.errors import InputError
 from handeye_cli.geometry import pnp, se3
 from handeye_cli.records import Camera, FloatArray, IntArray, Station
 
@@ -91,3 +92,20 @@ def pose_candidates(views: Views, camera: Camera) -> PoseCandidates:
     penalties = np.stack([np.zeros(len(two)), np.where(two, extra / variance, np.inf)], axis=1)
     poses = np.where(possible[:, None, None, None], found.poses, np.eye(4))
     return PoseCandidates(poses, penalties)
+
+
+def require_points_of_target(stations: Sequence[Station], count: int) -> None:
+    """Check that stations saw no other points than the `count` ones of their target.
+
+    Raises:
+        InputError: A station has an id beyond them.
+    """
+    for station in stations:
+        largest = -1 if station.observation is None else max(station.observation.ids, default=-1)
+        if largest >= count:
+            raise InputError(
+                f"expected ids of the {count} points of the target, 0 to {count - 1}, "
+                f"found {largest}",
+                where=f'station "{station.name}"',
+                hint="the points were found with another target, or their numbers start at 1",
+            )

@@ -9,17 +9,17 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from handeye_cli.conventions import MM
-from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
+from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import lattice
-from handeye_cli.targets.board import Board, Detection
-from handeye_cli.targets.disc_refinement import recentred_discs, refine_discs
+from handeye_cli.targets.board import Detection
+from handeye_cli.targets.disc_board import DiscBoard
 from handeye_cli.targets.discs import Pattern, find_discs
 from handeye_cli.targets.drawing import Drawing, outline_around
 from handeye_cli.targets.keys import Range, refuse
 
 
 @dataclass(frozen=True)
-class DiscGrid(Board):
+class DiscGrid(DiscBoard):
     """Discs at x = column * spacing, y = row * spacing.
 
     Attributes:
@@ -91,14 +91,6 @@ class DiscGrid(Board):
             f"the larger disc lies at a corner that is point 0 of {self.rows}x{self.columns} "
             f"discs, not of {self.columns}x{self.rows}: columns and rows are swapped"
         )
-
-    def refine(self, grey: GreyImage, seen: Detection, camera: Camera | None) -> Detection:
-        """Return the images of the discs' true centres, with the noise that the image leaves."""
-        return refine_discs(grey, self._discs, seen, camera)
-
-    def recentred(self, seen: Detection, before: Camera | None, after: Camera) -> Detection:
-        """Return the centres that the same outlines have with other intrinsics."""
-        return recentred_discs(self._discs, seen, before, after)
 
     @property
     def _discs(self) -> FloatArray:
