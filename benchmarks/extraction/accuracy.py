@@ -1,8 +1,9 @@
 """Discs against the Cramer-Rao bound, by tilt, in plain light and in clutter and shadows.
 
 The bound is that of each disc with all else known (handeye_cli.simulate.bound). Per view the ratio
-is that of the RMS error of its discs over the RMS bound; the bias is the RMS error in a picture of
-the same scene without noise, rounding to whole grey levels included.
+is that of the RMS error of its discs over the RMS bound. The bias is the RMS of the mean errors in
+some pictures of the same scene with so little noise that it just undoes the rounding to whole grey
+levels, less what is left of that noise; `rounded` is the RMS error in a picture without noise.
 """
 
 from __future__ import annotations
@@ -20,8 +21,11 @@ from handeye_cli.simulate.scenery import Scenery
 TILTS = (0, 15, 30, 45, 55)
 HEAD = (
     "light     tilts [deg]  views  bound [px]  RMS [px]  ratio (50 %)  (max)  > 1.5  sigma / RMS"
-    "  bias [px]  ellipses  OpenCV"
+    "  bias [px]  rounded  ellipses  OpenCV"
 )
+PICTURES = 16
+DITHER = 0.5
+"""Noise in grey levels at which rounding is as good as random."""
 
 
 def rms(seen, view):
@@ -31,13 +35,27 @@ def rms(seen, view):
 
 
 def measure(camera, view):
-    """Bound, our RMS error, our sigma, our bias, the finder's error and OpenCV's, in pixels."""
+    """Bound, our RMS error, our sigma, our squared bias, our error without noise, the finder's and
+    OpenCV's errors, in pixels.
+    """
     bound = float(np.sqrt(np.trace(centre_bound(camera, view), axis1=1, axis2=2).mean() / 2))
     seen = fitted(view.image, camera)
     light = paint_target(camera, view.camera_T_target, view.drawing, appearance=view.appearance)
     clean = fitted(expose(light, 0.0, None), camera)
     others = [rms(detect(view.image, camera), view) for detect in (finder, opencv)]
-    return [bound, rms(seen, view), seen.sigma_px or np.nan, rms(clean, view), *others]
+    bias = squared_bias(camera, view, light)
+    return [bound, rms(seen, view), seen.sigma_px or np.nan, bias, rms(clean, view), *others]
+
+
+def squared_bias(camera, view, light):
+    """Mean square of the discs' mean errors in dithered pictures, less that of chance."""
+    rng = np.random.default_rng(int(1e6 * view.tilt))
+    seen = [fitted(expose(light, DITHER, rng), camera) for _ in range(PICTURES)]
+    if any(each.reason is not None or len(each.ids) < len(view.discs) for each in seen):
+        return np.nan
+    errors = np.array([each.pixels - like(each, view.discs) for each in seen])
+    chance = errors.var(axis=0, ddof=1) / PICTURES
+    return float(np.mean(errors.mean(axis=0) ** 2 - chance))
 
 
 def in_plain_light(camera, view):
@@ -49,13 +67,14 @@ def in_plain_light(camera, view):
 
 
 def row(name, low, high, table) -> str:
-    bound, ours, sigma, bias, rough, cv = table.T
+    bound, ours, sigma, bias, rounded, rough, cv = table.T
     ratio = ours / bound
     return (
         f"{name:9} {low:5d} - {high:<5d} {len(table):5d} {np.median(bound):11.4f} "
         f"{np.median(ours):9.4f} {np.nanmedian(ratio):13.3f} {np.nanmax(ratio):6.2f} "
         f"{np.sum(ratio > 1.5):6d} {np.nanmedian(sigma / ours):12.2f} "
-        f"{np.sqrt(np.nanmean(bias**2)):10.5f} {np.nanmedian(rough):9.3f} {np.nanmedian(cv):7.3f}"
+        f"{np.sqrt(max(np.nanmean(bias), 0.0)):10.5f} {np.sqrt(np.nanmean(rounded**2)):8.5f} "
+        f"{np.nanmedian(rough):9.3f} {np.nanmedian(cv):7.3f}"
     )
 
 
