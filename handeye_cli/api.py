@@ -103,6 +103,7 @@ def verify_poses(
     calibration: Calibration | None = None,
     counts: Sequence[int] | None = None,
     leave_one_out: bool = False,
+    target_moved: bool = False,
     setup: Setup | str = Setup.EYE_IN_HAND,
     method: str = solvers.DEFAULT,
     pairs: str = "star",
@@ -121,6 +122,8 @@ def verify_poses(
         counts: Without a calibration, for each n of these: calibrate on the first n stations and
             verify on the next n. Half of the stations when None.
         leave_one_out: Instead, predict each station by a calibration on all others.
+        target_moved: Whether the target has another place than during the calibration; at each
+            station it then is where the other stations see it.
         setup: `eye-in-hand` or `eye-to-hand`; a calibration's own has to be the same.
         method: Such as `maximum-likelihood` or `tsai-lenz`.
         pairs: `star` or `all`.
@@ -133,6 +136,11 @@ def verify_poses(
     """
     if sum((calibration is not None, counts is not None, leave_one_out)) > 1:
         raise UsageError("expected only one of calibration, counts and leave_one_out, found more")
+    if target_moved and calibration is None:
+        raise UsageError(
+            "expected a calibration with target_moved, found none",
+            hint="only a calibration made before can be older than the target's place",
+        )
     stations = _stations(
         base_T_gripper,
         camera_T_target,
@@ -142,7 +150,7 @@ def verify_poses(
         names=names,
     )
     if calibration is not None:
-        return verify_calibration(stations, calibration)
+        return verify_calibration(stations, calibration, target_moved=target_moved)
     if leave_one_out:
         return check_each(stations, method=method, pairs=pairs)
     return verify(stations, counts=counts, method=method, pairs=pairs)

@@ -107,6 +107,19 @@ def test_verification_of_arrays():
         handeye_cli.verify_poses(robot, target, counts=[4], leave_one_out=True)
 
 
+def test_verification_after_the_target_was_moved():
+    rng = np.random.default_rng(8)
+    robot, target, _ = arrays(stations(rng, scene(rng, 12), NOISE))
+    answer = handeye_cli.solve_poses(robot[:6], target[:6])
+    moved_target = target[6:] @ se3.from_parts(np.eye(3), np.array([0.1, 0.0, 0.0]))
+    left = handeye_cli.verify_poses(robot[6:], moved_target, calibration=answer)
+    assert left.rows[0].translation == pytest.approx(0.1, rel=0.1)
+    again = handeye_cli.verify_poses(robot[6:], moved_target, calibration=answer, target_moved=True)
+    assert again.rows[0].translation < 0.01
+    with pytest.raises(UsageError, match="expected a calibration with target_moved, found none"):
+        handeye_cli.verify_poses(robot, target, target_moved=True)
+
+
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("method", solvers.names())
 def test_a_batch_is_a_loop(setup, method):
