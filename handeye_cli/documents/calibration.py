@@ -17,10 +17,10 @@ from handeye_cli.documents.factors import (
     improvements_from_data,
 )
 from handeye_cli.documents.poses import data_from_pose, pose_from_data
+from handeye_cli.documents.residuals import data_from_residuals, residuals_from_data
 from handeye_cli.documents.schema import header
-from handeye_cli.documents.station_parts import station_names
 from handeye_cli.errors import InputError
-from handeye_cli.records import Calibration, FloatArray, Noise, StationResidual, UncertainPose
+from handeye_cli.records import Calibration, FloatArray, Noise, UncertainPose
 
 
 def record_from_data(data: dict[str, Any], context: Context) -> Calibration:
@@ -40,7 +40,7 @@ def record_from_data(data: dict[str, Any], context: Context) -> Calibration:
         predicted_error=parts.predicted_error_from_data(data["predicted_error"]),
         noise=parts.noise_from_data(data["noise"]) or Noise(),
         noise_estimated=data.get("noise_estimated", True),
-        stations=_residuals(data["stations"], context),
+        stations=residuals_from_data(data["stations"], context.place),
         pairs=parts.pairs_from_data(data.get("pairs", []), len(data["stations"]), context.place),
         factors=factors_from_data(data.get("factors")),
         improvements=improvements_from_data(data.get("improvements", [])),
@@ -67,7 +67,7 @@ def data_from_record(record: Calibration) -> dict[str, Any]:
             "noise": parts.data_from_noise(record.noise),
             "noise_estimated": record.noise_estimated,
             "noise_freedom": record.noise_freedom,
-            "stations": [_entry(station) for station in record.stations],
+            "stations": data_from_residuals(record.stations),
             "pairs": parts.data_from_pairs(record.pairs),
             "factors": data_from_factors(record.factors),
             "improvements": data_from_improvements(record.improvements),
@@ -105,29 +105,3 @@ def _between(
     joint = np.block([[answer.covariance, between], [between.T, constant.covariance]])
     covariance_from_data(joint.tolist(), 12, place)
     return between
-
-
-def _residuals(entries: list[dict[str, Any]], context: Context) -> tuple[StationResidual, ...]:
-    names = station_names(entries, context.place.key("stations"))
-    return tuple(
-        StationResidual(
-            name=name,
-            used=entry["used"],
-            rotation=parts.optional_from_milli(entry, "rotation_residual_mrad"),
-            translation=parts.optional_from_milli(entry, "translation_residual_mm"),
-            reason=entry.get("reason"),
-        )
-        for name, entry in zip(names, entries, strict=True)
-    )
-
-
-def _entry(station: StationResidual) -> dict[str, Any]:
-    return parts.without_unknown(
-        {
-            "name": station.name,
-            "used": station.used,
-            "rotation_residual_mrad": parts.optional_milli(station.rotation),
-            "translation_residual_mm": parts.optional_milli(station.translation),
-            "reason": station.reason,
-        }
-    )

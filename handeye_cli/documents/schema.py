@@ -20,6 +20,7 @@ KINDS = (
     "stations",
     "calibration",
     "verification",
+    "inspection",
     "plan",
     "simulation",
 )

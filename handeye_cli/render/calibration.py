@@ -17,6 +17,7 @@ from handeye_cli.records import (
 )
 from handeye_cli.render.comparison import show_comparison
 from handeye_cli.render.console import show_table
+from handeye_cli.render.residuals import show_residuals
 from handeye_cli.render.text import NOTHING, count, fixed, mm, mrad, pixels
 
 
@@ -47,7 +48,7 @@ def show_calibration(calibration: Calibration, console: Console) -> None:
         console.print("All methods: apart from maximum likelihood, and at stations left out (RMS)")
         show_comparison(calibration.comparison, console)
     console.print("Residuals of the stations")
-    _show_residuals(calibration, console)
+    show_residuals(calibration.stations, console)
 
 
 def _show_pose(pose: FloatArray, console: Console) -> None:
@@ -118,18 +119,3 @@ def _show_improvements(calibration: Calibration, console: Console) -> None:
         for each in calibration.improvements
     ]
     show_table(console, ["", "rotation\nmrad", "translation\nmm"], rows, left=[0])
-
-
-def _show_residuals(calibration: Calibration, console: Console) -> None:
-    rows = [
-        [
-            station.name,
-            "yes" if station.used else "no",
-            mrad(station.rotation),
-            mm(station.translation),
-            station.reason or "",
-        ]
-        for station in calibration.stations
-    ]
-    headings = ["station", "used", "rotation\nmrad", "translation\nmm", ""]
-    show_table(console, headings, rows, left=[0, 1, 4])

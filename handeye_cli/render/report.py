@@ -6,9 +6,19 @@ from typing import Any
 
 from rich.console import Console
 
-from handeye_cli.records import Calibration, Features, Plan, Stations, Verification
+from handeye_cli.records import (
+    Calibration,
+    Features,
+    Inspection,
+    Plan,
+    Simulation,
+    Stations,
+    Verification,
+)
 from handeye_cli.render.calibration import show_calibration
+from handeye_cli.render.inspection import show_inspection
 from handeye_cli.render.plan import show_plan
+from handeye_cli.render.simulation import show_simulation
 from handeye_cli.render.stations import show_features, show_stations
 from handeye_cli.render.verification import show_verification
 
@@ -17,7 +27,9 @@ _REPORTS: dict[type, Any] = {
     Stations: show_stations,
     Calibration: show_calibration,
     Verification: show_verification,
+    Inspection: show_inspection,
     Plan: show_plan,
+    Simulation: show_simulation,
 }
 
 
