@@ -1,4 +1,4 @@
-"""Image files into grey images of eight bits."""
+"""Image files into grey images of eight bits, and back."""
 
 from __future__ import annotations
 
@@ -95,6 +95,22 @@ def decode_grey(data: bytes, label: str) -> GreyImage:
         message = f"expected an image of 8 or 16 bits, found one of {image.dtype}"
         raise InputError(message, where=label)
     return eight_bits(image.view(np.uint16))
+
+
+def encode_png(grey: GreyImage) -> bytes:
+    """Return a (height, width) grey image as a PNG file, which keeps every grey level.
+
+    Raises:
+        InputError: The image has no pixels, or more than a PNG file can have.
+    """
+    import cv2
+
+    try:
+        _, data = cv2.imencode(".png", grey)
+    except cv2.error as error:
+        found = " x ".join(map(str, reversed(grey.shape)))
+        raise InputError(f"expected an image that fits into a PNG file, found {found}") from error
+    return bytes(data)
 
 
 def eight_bits(deep: NDArray[np.uint16]) -> GreyImage:

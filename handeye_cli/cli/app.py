@@ -13,6 +13,7 @@ from types import TracebackType
 
 from handeye_cli import __version__
 from handeye_cli.cli.flags import DEBUG
+from handeye_cli.cli.grouping import command_of
 from handeye_cli.cli.plain import plain_groups
 from handeye_cli.errors import HandeyeError
 
@@ -21,9 +22,15 @@ COMMANDS = {
     "extrinsics": "handeye_cli.cli.extrinsics",
     "solve": "handeye_cli.cli.solve",
     "verify": "handeye_cli.cli.verify",
+    "inspect": "handeye_cli.cli.inspect",
     "plan": "handeye_cli.cli.plan",
+    "simulate": "handeye_cli.cli.simulate",
+    "simulate recording": "handeye_cli.cli.simulate_recording",
 }
 """Every command in the order of the help, with the module that holds a function of its name."""
+
+_LONGEST = 2
+"""Words in the name of a command, at most."""
 
 _GARBAGE = 50_000
 """Objects made between two searches for garbage."""
@@ -46,9 +53,10 @@ def run(args: Sequence[str]) -> None:
 
 
 def _carry_out(words: list[str]) -> None:
-    if words and words[0] in COMMANDS:
-        command = getattr(import_module(COMMANDS[words[0]]), words[0])
-        groups = plain_groups(command, words[1:])
+    name, words = _named(words)
+    if name:
+        command = command_of(import_module(COMMANDS[name]), name)
+        groups = plain_groups(command, words)
         if groups is not None:
             command(**groups)
             sys.exit(0)
@@ -57,9 +65,17 @@ def _carry_out(words: list[str]) -> None:
     from handeye_cli.cli.typer_front import application
 
     # The other commands are needed by the help of all and by "did you mean" only.
-    names = words[:1] if words and words[0] in COMMANDS else list(COMMANDS)
-    modules = {name: import_module(COMMANDS[name]) for name in names}
-    get_command(application(modules))(words, prog_name="handeye")
+    modules = {each: import_module(COMMANDS[each]) for each in ([name] if name else COMMANDS)}
+    get_command(application(modules))([name, *words] if name else words, prog_name="handeye")
+
+
+def _named(words: list[str]) -> tuple[str, list[str]]:
+    """Return the longest name of a command that a line starts with, and the words behind it."""
+    for length in range(_LONGEST, 0, -1):
+        name = " ".join(words[:length])
+        if len(words) >= length and name in COMMANDS:
+            return name, words[length:]
+    return "", words
 
 
 def main() -> None:

@@ -14,6 +14,12 @@ from typing import Any, get_args, get_type_hints
 from handeye_cli.cli.flags import Flag
 
 
+def command_of(module: Any, name: str) -> Callable[..., None]:
+    """Return the function of a command's module; its name has underscores for spaces."""
+    command: Callable[..., None] = getattr(module, name.replace(" ", "_"))
+    return command
+
+
 def groups_of(command: Callable[..., None]) -> dict[str, Any]:
     """Return the dataclasses that a command takes, by the names of its parameters."""
     return {name: hint for name, hint in get_type_hints(command).items() if name != "return"}

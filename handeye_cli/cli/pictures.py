@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from handeye_cli.cli.folders import make_folder
 from handeye_cli.cli.options import Output, Pictures
-from handeye_cli.errors import InputError, UsageError
+from handeye_cli.errors import InputError
 
 if TYPE_CHECKING:
     from handeye_cli.pipeline import Steps
@@ -41,14 +42,7 @@ def prepare_folder(pictures: Pictures, output: Output, recording: Recording) -> 
         return
     from handeye_cli import documents
 
-    try:
-        if Path(pictures.draw).exists() and not Path(pictures.draw).is_dir():
-            raise UsageError("expected a folder, found a file", where=f"--draw {pictures.draw}")
-        Path(pictures.draw).mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        message = f"the folder cannot be made: {reason}"
-        raise InputError(message, where=f"--draw {pictures.draw}") from error
+    make_folder(pictures.draw, "--draw")
     for path in _paths(pictures.draw, recording.stations):
         documents.check_destination(path, output.force)
 

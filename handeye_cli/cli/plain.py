@@ -85,7 +85,8 @@ def _converted(kind: Any, text: str, attached: bool) -> Any:
     if attached or not _is_flag(text):
         if plain is str:
             return text
-        if issubclass(plain, Enum) and text in {each.value for each in plain}:
+        is_enum = isinstance(plain, type) and issubclass(plain, Enum)
+        if is_enum and text in {each.value for each in plain}:
             return plain(text)
     raise _NotPlainError
 

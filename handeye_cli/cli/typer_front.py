@@ -12,7 +12,7 @@ import typer
 
 from handeye_cli import __version__
 from handeye_cli.cli.flags import DEBUG, Argument, Flag
-from handeye_cli.cli.grouping import flags_of, groups_of
+from handeye_cli.cli.grouping import command_of, flags_of, groups_of
 
 _EPILOG = (
     "The line is recording -> extract -> extrinsics -> solve -> verify; every command takes "
@@ -39,7 +39,7 @@ def application(modules: Mapping[str, Any]) -> typer.Typer:
     )
     app.callback()(_handeye)
     for name, module in modules.items():
-        command = getattr(module, name)
+        command = command_of(module, name)
         app.command(name, help=_help(command, module.EXAMPLES))(_flat(command))
     return app
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import secrets
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -51,14 +52,23 @@ def write_text(text: str, path: str, force: bool = False) -> None:
 
 
 def write_bytes(data: bytes, path: str, force: bool = False) -> None:
-    """Write a file wholly or not at all.
+    """Write a file wholly or not at all; see `streamed_file`."""
+    with streamed_file(path, force) as file:
+        file.write(data)
+
+
+@contextmanager
+def streamed_file(path: str, force: bool = False) -> Iterator[BinaryIO]:
+    """Open a file for writing that is there wholly or not at all.
 
     The bytes go to a temporary file in the same folder, reach the disk, and then get the name.
 
     Args:
-        data: The content.
         path: The file to write; where it is a link, the file it points to.
         force: Whether a file that is there may be replaced.
+
+    Yields:
+        The temporary file. It is removed again when the writing fails.
 
     Raises:
         UsageError: The file exists and may not be replaced, or is a folder or device.
@@ -67,14 +77,19 @@ def write_bytes(data: bytes, path: str, force: bool = False) -> None:
     try:
         final = Path(path).resolve()
         _require_replaceable(final, path, force)
-        temporary = final.with_name(f".{final.name}.{secrets.token_hex(4)}.tmp")
-        try:
-            _write_through(temporary, data)
-            _publish(temporary, final, path, force)
-        finally:
-            temporary.unlink(missing_ok=True)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
+    temporary = final.with_name(f".{final.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        _publish(temporary, final, path, force)
+    except OSError as error:
+        raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def check_destination(path: str, force: bool = False) -> None:
@@ -110,13 +125,6 @@ def _require_replaceable(final: Path, path: str, force: bool) -> None:
 
 def _exists(path: str) -> UsageError:
     return UsageError("the file exists already", where=path, hint="replace it with --force")
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    with path.open("xb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _publish(temporary: Path, final: Path, path: str, force: bool) -> None:

@@ -4,7 +4,16 @@ import pytest
 
 import handeye_cli
 
-COMMANDS = ["extract", "extrinsics", "solve", "verify", "inspect", "plan", "simulate"]
+COMMANDS = [
+    "extract",
+    "extrinsics",
+    "solve",
+    "verify",
+    "inspect",
+    "plan",
+    "simulate",
+    "simulate recording",
+]
 PLAN = ["plan", "--stations", "7", "--distance", "170mm", "--tilt", "30deg"]
 
 
@@ -77,7 +86,7 @@ def test_version(handeye):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_shows_examples_and_fits_eighty_columns(handeye, monkeypatch, command):
     monkeypatch.setenv("COLUMNS", "80")
-    done = handeye(command, "--help")
+    done = handeye(*command.split(), "--help")
     assert done.code == 0
     assert done.out.count(f"$ handeye {command} ") >= 1
     assert done.out.count("$ handeye ") >= 2

@@ -192,21 +192,6 @@ def test_a_link_is_written_through(tmp_path):
     assert (tmp_path / "there" / "real.yaml").read_text() == "new"
 
 
-def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path, monkeypatch):
-    path = tmp_path / "out.yaml"
-    write_through = files._write_through
-
-    def write_while_another_does(temporary: Path, data: bytes) -> None:
-        write_through(temporary, data)
-        path.write_text("another's")
-
-    monkeypatch.setattr(files, "_write_through", write_while_another_does)
-    with pytest.raises(UsageError, match="exists already"):
-        documents.write_text("ours", str(path))
-    assert path.read_text() == "another's"
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 def test_a_file_system_without_hard_links_will_do(tmp_path, monkeypatch):
     def refuse(self: Path, target: Path) -> None:
         raise PermissionError(1, "Operation not permitted")

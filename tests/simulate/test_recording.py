@@ -9,11 +9,12 @@ from scipy.stats import chi2
 
 from handeye_cli import targets
 from handeye_cli.conventions import Setup
-from handeye_cli.errors import InputError
+from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import Camera, Noise, TargetSpec
+from handeye_cli.simulate.faults import parse
 from handeye_cli.simulate.recording import Rig, simulate_recording
 from handeye_cli.simulate.render import Appearance
 
@@ -33,8 +34,9 @@ RIG = Rig(
 CENTRE = np.array([0.005, 0.0025, 0.0])
 
 
-def taken(rig: Rig = RIG, count: int = 4, seed: int = 1):
-    return simulate_recording(rig, generate_stations(count, 0.2, 0.4, CENTRE), seed)
+def taken(rig: Rig = RIG, count: int = 4, seed: int = 1, faults=()):
+    cameras = generate_stations(count, 0.2, 0.4, CENTRE)
+    return simulate_recording(rig, cameras, seed, faults=[parse(fault) for fault in faults])
 
 
 @pytest.mark.parametrize("setup", list(Setup))
@@ -116,6 +118,128 @@ def test_a_target_of_any_type_is_seen_and_found():
         truth = project(se3.transform_points(pose, board.points()), rig.camera.parameters)
         assert list(seen.ids) == list(range(6))
         assert np.abs(seen.pixels - truth).max() < 0.3
+
+
+def test_stations_and_pictures_may_have_names():
+    cameras = generate_stations(3, 0.2, 0.4, CENTRE)
+    recording = simulate_recording(RIG, cameras, 1, names=["a", "b", "c"]).recording
+    assert [station.name for station in recording.stations] == ["a", "b", "c"]
+    assert recording.stations[1].image.label == "images/b.png"
+    unnamed = simulate_recording(RIG, cameras, 1).recording
+    assert np.array_equal(recording.stations[1].image.load(), unnamed.stations[1].image.load())
+
+
+def pictures(simulated):
+    return [station.image.load() for station in simulated.recording.stations]
+
+
+def test_a_moved_plate_is_seen_where_it_is_and_the_robot_does_not_know():
+    before, after = taken(), taken(faults=["moved-plate:2:3mm"])
+    told = [[station.base_T_gripper for station in r.recording.stations] for r in (before, after)]
+    assert np.array_equal(*told)
+    assert np.array_equal(before.camera_T_target[:2], after.camera_T_target[:2])
+    way = se3.inverse(before.camera_T_target[2:]) @ after.camera_T_target[2:]
+    moved = se3.from_parts(np.eye(3), np.array([3e-3, 0.0, 0.0]))
+    assert way == pytest.approx(np.broadcast_to(moved, way.shape), abs=1e-15)
+    same = list(map(np.array_equal, pictures(before), pictures(after)))
+    assert same == [True, True, False, False]
+
+
+def test_swapped_pictures_lie_under_each_other_and_are_noisy_in_their_own_way():
+    rig = replace(RIG, appearance=Appearance())
+    plain, swapped = taken(rig), taken(rig, faults=["swapped:1,3"])
+    assert np.array_equal(plain.camera_T_target, swapped.camera_T_target)
+    before, after = pictures(plain), pictures(swapped)
+    for index, shown in enumerate([0, 3, 2, 1]):
+        assert np.array_equal(after[index], before[shown])
+
+
+def test_a_larger_print_is_seen_larger_and_declared_as_before():
+    simulated = taken(replace(RIG, appearance=Appearance()), faults=["scaled:1.25"])
+    assert simulated.recording.target is PLATE
+    centres = 1.25 * targets.build(PLATE).points()
+    for picture, pose in zip(pictures(simulated), simulated.camera_T_target, strict=True):
+        pixels = project(se3.transform_points(pose, centres), RIG.camera.parameters)
+        u, v = np.rint(pixels).astype(int).T
+        inside = (u >= 0) & (u < 90) & (v >= 0) & (v < 80)
+        assert inside.sum() >= 5
+        assert np.all(picture[v[inside], u[inside]] == 35)
+
+
+def test_a_robot_of_another_scale_tells_longer_ways():
+    rig = replace(RIG, noise=Noise())
+    simulated = taken(rig, faults=["robot-scale:1.003"])
+    told = np.stack([station.base_T_gripper for station in simulated.recording.stations])
+    truth = simulated.base_T_gripper
+    assert told[:, :3, 3] == pytest.approx(1.003 * truth[:, :3, 3], rel=1e-14)
+    assert told[:, :3, :3] == pytest.approx(truth[:, :3, :3], abs=1e-14)
+
+
+def centroid_of_bowed_disc(camera, pose, disc, depth):
+    """The middle and the area of a bent disc's image, from a dense grid of its own points."""
+    x, y, radius = disc
+    k = (np.arange(150) + 0.5) / 150
+    r, angle = np.meshgrid(radius * np.sqrt(k), 2 * np.pi * k)
+    a, b = x + r * np.cos(angle), y + r * np.sin(angle)
+
+    def seen(da, db):
+        points = np.stack([a + da, b + db, depth(a + da, b + db)], axis=-1)
+        return project(se3.transform_points(pose, points.reshape(-1, 3)), camera.parameters)
+
+    h = 1e-7
+    across, along = (
+        (seen(h * i, h * j) - seen(-h * i, -h * j)) / (2 * h) for i, j in ((1, 0), (0, 1))
+    )
+    area = np.abs(across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0])
+    total = math.pi * radius**2 * area.mean()
+    return np.average(seen(0, 0), axis=0, weights=area), total
+
+
+def test_a_bowed_plate_is_drawn_where_its_points_in_space_are_seen():
+    """0.3 mm towards the camera in the middle of a plate 10 mm wide, whose mean depth stays."""
+    appearance = Appearance(background=205.0, ink=5.0, blur_px=0.8)
+    camera = Camera(320, 280, 2000.0, 2000.0, 159.5, 139.5, (-0.1, 0.05, 0.0, 0.0, 0.0))
+    rig = replace(RIG, appearance=appearance, camera=camera)
+    simulated = taken(rig, count=3, faults=["bowed:0.3mm"])
+    centres = targets.build(PLATE).points()
+    square = np.sum((centres[:, :2] - CENTRE[:2]) ** 2, axis=1)
+    slope = 0.3e-3 / square.max()
+
+    def depth(x, y):
+        away = (x - CENTRE[0]) ** 2 + (y - CENTRE[1]) ** 2
+        return slope * (away - square.mean())
+
+    v, u = np.indices((280, 320))
+    for station, pose in zip(simulated.recording.stations, simulated.camera_T_target, strict=True):
+        dark = (205.0 - station.image.light()) / 200.0
+        flat = project(se3.transform_points(pose, centres), camera.parameters)
+        for x, y, _ in centres:
+            expected, area = centroid_of_bowed_disc(camera, pose, (x, y, 2e-3), depth)
+            near = (u - expected[0]) ** 2 + (v - expected[1]) ** 2 < 25.0**2
+            share = dark * near
+            middle = [np.sum(share * u), np.sum(share * v)] / share.sum()
+            assert middle == pytest.approx(expected, abs=0.003)
+            assert share.sum() == pytest.approx(area, rel=1e-4)
+        bent = simulated.scene.pixels(pose)
+        assert np.abs(bent - flat).max() > 0.5
+
+
+def test_a_plate_that_is_hardly_bowed_looks_like_a_flat_one():
+    rig = replace(RIG, appearance=Appearance())
+    flat, bent = taken(rig), taken(rig, faults=["bowed:0.0001mm"])
+    for one, other in zip(flat.recording.stations, bent.recording.stations, strict=True):
+        assert other.image.light() == pytest.approx(one.image.light(), abs=0.05)
+
+
+def test_missing_pictures_are_still_there_to_be_left_out():
+    simulated = taken(faults=["dropped:1"])
+    assert simulated.staging.missing.tolist() == [False, True, False, False]
+    assert len(simulated.recording.stations) == 4
+
+
+def test_a_fault_at_a_station_that_is_not_there_is_refused():
+    with pytest.raises(UsageError, match="00, 01, 02, 03, found '4'"):
+        taken(faults=["dropped:4"])
 
 
 @pytest.mark.parametrize(
