@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from handeye_cli.records import (
     Verification,
     VerificationRow,
 )
+
+if TYPE_CHECKING:
+    from handeye_cli.planning.options import PlanOptions
 
 Handed = TypeVar("Handed", Features, Stations)
 
@@ -190,6 +193,9 @@ def to_plan(
     target: TargetSpec | None,
     calibration: Calibration | None,
     verification: int,
+    mount_T_camera: FloatArray | None = None,
+    reference_T_target: FloatArray | None = None,
+    options: PlanOptions | None = None,
 ) -> Plan:
     """Return stations to visit around a target.
 
@@ -201,31 +207,75 @@ def to_plan(
         target: Its centre is the aim point; the target's origin when None.
         calibration: A first answer, from which the robot's poses follow, or None.
         verification: Stations to verify on.
+        mount_T_camera: (4, 4) guess of the answer that wins over the calibration's.
+        reference_T_target: (4, 4) guess of where the target is that wins over the calibration's.
+        options: Noise, limits and what else is wanted; the points of the target, and what the
+            calibration knows of camera and noise, are filled in.
 
     Raises:
         UsageError: A number is out of range, or the setup is not the calibration's.
+        UndeterminedError: No place keeps the limits.
     """
     from handeye_cli.plan import plan
+    from handeye_cli.planning.options import PlanOptions
 
-    if calibration is not None and setup not in (None, calibration.setup):
-        raise UsageError(f"--setup is {setup}, but the calibration is {calibration.setup}")
-    known = calibration.setup if calibration is not None else Setup.EYE_IN_HAND
+    options = options or PlanOptions()
+    if target is not None:
+        options = replace(options, points=_points(target))
+    known = Setup.EYE_IN_HAND
+    if calibration is not None:
+        known = calibration.setup
+        if setup not in (None, known):
+            raise UsageError(f"--setup is {setup}, but the calibration is {known}")
+        camera = options.camera or calibration.camera
+        options = replace(options, known=calibration.noise, camera=camera)
+        if mount_T_camera is None:
+            mount_T_camera = calibration.mount_T_camera.matrix
+        if reference_T_target is None:
+            reference_T_target = calibration.reference_T_target.matrix
     return plan(
         count,
         distance=distance,
         tilt=tilt,
         setup=setup or known,
-        centre=None if target is None else _centre(target),
-        mount_T_camera=None if calibration is None else calibration.mount_T_camera.matrix,
-        reference_T_target=None if calibration is None else calibration.reference_T_target.matrix,
+        centre=None if options.points is None else _centre(options.points),
+        mount_T_camera=mount_T_camera,
+        reference_T_target=reference_T_target,
         verification=verification,
+        options=options,
     )
 
 
-def _centre(target: TargetSpec) -> FloatArray:
+def to_further_stations(
+    record: Any, steps: Steps, count: int, *, options: PlanOptions | None = None
+) -> Plan:
+    """Return stations to add to those of any record up to the stations.
+
+    Args:
+        record: What was recorded.
+        steps: How the steps before are run.
+        count: Number of stations to add.
+        options: Limits, and noise levels that win over those of the recording.
+
+    Raises:
+        InputError: The record is of a later stage.
+        UsageError: The count is out of range, or a limit needs what is not known.
+        UndeterminedError: The recording does not determine the answer, or no place is allowed.
+    """
+    from handeye_cli.plan import plan_more
+    from handeye_cli.planning.options import PlanOptions
+
+    stations = _ready_stations(record, steps)
+    return plan_more(stations, count, options=options or PlanOptions())
+
+
+def _points(target: TargetSpec) -> FloatArray:
     from handeye_cli import targets
 
-    points = targets.build(target).points()
+    return targets.build(target).points()
+
+
+def _centre(points: FloatArray) -> FloatArray:
     return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
 
 

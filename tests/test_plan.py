@@ -11,6 +11,10 @@ from handeye_cli.geometry import se3
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.plan import plan
+from handeye_cli.planning.options import Limits, PlanOptions
+from handeye_cli.records.planning import PlanBasis
+
+GUESSES = {"mount_T_camera": np.eye(4), "reference_T_target": np.eye(4)}
 
 
 def test_default_plan_is_the_papers_generator():
@@ -110,3 +114,50 @@ def test_a_tilt_of_eighty_degrees_is_accepted():
 def test_one_guess_alone_is_refused(setup, given, found):
     with pytest.raises(UsageError, match=found):
         plan(3, setup=setup, **{given: np.eye(4)})
+
+
+def test_a_plan_is_predicted_and_says_on_what_ground():
+    planned = plan(5)
+    assert planned.predicted_error is not None
+    assert planned.predicted_error.rotation < planned.predicted_error.rotation_95
+    assert (planned.circle, planned.moved, planned.order) == (None, (), ())
+    assert planned.basis == PlanBasis("paper", "paper", "lever", 9.5 * 0.0254)
+
+
+def test_more_stations_and_a_shorter_lever_are_better():
+    errors = [plan(count).predicted_error for count in (4, 8, 16)]
+    assert errors[0].rotation / errors[2].rotation == pytest.approx(2.0, rel=0.15)
+    assert errors[0].translation > errors[1].translation > errors[2].translation
+    near = plan(8, options=PlanOptions(lever=0.05)).predicted_error
+    assert near.translation < errors[1].translation
+
+
+def test_stations_to_verify_on_keep_the_limits_too():
+    limits = Limits(max_tilt=math.radians(20.0))
+    planned = plan(3, verification=3, options=PlanOptions(limits=limits))
+    poses = np.stack([station.target_T_camera for station in planned.stations])
+    normal = -poses[:, 2, 3] / np.linalg.norm(poses[:, :3, 3], axis=1)
+    assert np.all(np.degrees(np.arccos(normal)) <= 20.0 + 1e-6)
+    assert [each.name for each in planned.moved] == [f"{i:02d}" for i in range(6)]
+    assert planned.circle is not None
+    assert not planned.circle.allowed
+
+
+def test_chosen_stations_come_before_those_to_verify_on():
+    planned = plan(3, verification=2, options=PlanOptions(optimize=True), **GUESSES)
+    assert [each.purpose for each in planned.stations] == ["calibrate"] * 3 + ["verify"] * 2
+    between = generate_stations(6, 0.17, math.radians(30.0))[1::2]
+    verify = np.stack([each.target_T_camera for each in planned.stations[3:]])
+    assert verify == pytest.approx(between[:2], abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("count", "options", "message"),
+    [
+        (51, PlanOptions(optimize=True), "at most 50 stations .*, found 51"),
+        (201, PlanOptions(limits=Limits(max_tilt=1.0)), "at most 200 stations .*, found 201"),
+    ],
+)
+def test_too_many_stations_for_what_is_wanted(count, options, message):
+    with pytest.raises(UsageError, match=message):
+        plan(count, options=options)

@@ -17,7 +17,6 @@ _robot = partial(
 )
 _estimation = partial(Flag, rich_help_panel="Estimation")
 _protocol = partial(Flag, rich_help_panel="Protocol")
-_plan = partial(Flag, rich_help_panel="Stations")
 _output = partial(Flag, rich_help_panel="Output")
 
 TargetFlag = Annotated[
@@ -184,31 +183,6 @@ class Protocol:
     strict: Annotated[
         bool, _protocol("--strict", help="Exit 6 when a row contradicts its prediction.")
     ] = False
-
-
-@dataclass(frozen=True)
-class Layout:
-    """The stations that are planned."""
-
-    stations: Annotated[
-        int, _plan(metavar="N", max=MOST_STATIONS, help="Stations to calibrate on, 3 or more.")
-    ]
-    distance: Annotated[
-        str, _plan(metavar="LENGTH", help="Camera to aim point: 170mm, 0.5m, 6.65in.")
-    ] = "170mm"
-    tilt: Annotated[
-        str, _plan(metavar="ANGLE", help="Turn away from straight above the target: 30deg.")
-    ] = "30deg"
-    target: TargetFlag = None
-    setup: SetupFlag = None
-    calibration: Annotated[
-        str | None,
-        _plan(metavar="FILE", help="A first calibration: robot poses are planned with it."),
-    ] = None
-    verification: Annotated[
-        int,
-        _plan(metavar="N", min=0, max=MOST_STATIONS, help="Stations in between, to verify on."),
-    ] = 0
 
 
 @dataclass(frozen=True)

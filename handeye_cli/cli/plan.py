@@ -2,30 +2,88 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_calibration
-from handeye_cli.cli.options import Layout, Output
+from handeye_cli.cli.inputs import Opened, open_calibration, open_input
+from handeye_cli.cli.options import Mcap, Output, Source
 from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.plan_options import (
+    CellLimits,
+    Layout,
+    Levels,
+    Way,
+    lever_of,
+    limits_of,
+    noise_of,
+)
 from handeye_cli.conventions import parse_angle, parse_length
+from handeye_cli.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from handeye_cli.planning.options import PlanOptions
+    from handeye_cli.records import Camera, FloatArray, Plan
 
 EXAMPLES = (
     "handeye plan --stations 7 --distance 170mm --tilt 30deg",
     "handeye plan --stations 9 --distance 0.4m --tilt 25deg --target chessboard:9x6:23.6mm \\\n"
     "      --calibration first.yaml --verification 4 -o plan.yaml",
+    "handeye plan --stations 7 --calibration first.yaml --target disc-grid:6x6:5mm:4mm \\\n"
+    "      --optimize --box 200,-300,100,800,300,600mm --shortest-way --csv plan.csv",
+    "handeye plan --after stations.yaml --stations 2",
 )
+_STANDS_ALONE = ("distance", "tilt", "calibration", "base_T_target", "verification", "optimize")
+"""Flags of the layout that have nothing to say where a recording is there already."""
 
 
-def plan(*, layout: Layout, output: Output) -> None:
+def plan(
+    *, layout: Layout, cell_limits: CellLimits, levels: Levels, way: Way, output: Output
+) -> None:
     """Lay out stations that calibrate well: the paper's circle of tilted views of the target.
 
     The camera's poses are relative to the target; with a first calibration the robot's poses are
-    planned too. The aim point is the target's origin, or the centre of the --target.
+    planned too. The aim point is the target's origin, or the centre of the --target. A station that
+    breaks a limit of the cell moves to the nearest allowed place. --optimize chooses the stations
+    that make the predicted error smallest, --after those to add to a recording.
     """
+    check_output(output)
+    _check_way(way, output)
+    options = _options(layout, cell_limits, levels, way)
+    if layout.after is None:
+        planned, inputs = _planned(layout, cell_limits.camera, options)
+    else:
+        planned, inputs = _further(layout, layout.after, cell_limits.camera, options)
+    finish("plan", planned, output, inputs, given(layout, cell_limits, levels, way))
+    _write_way(planned, way, output)
+
+
+def _options(layout: Layout, limits: CellLimits, levels: Levels, way: Way) -> PlanOptions:
+    from handeye_cli.planning.options import PlanOptions
+
+    return PlanOptions(
+        given=noise_of(levels),
+        lever=lever_of(levels),
+        limits=limits_of(limits),
+        optimize=layout.optimize,
+        shortest_way=way.shortest_way,
+    )
+
+
+def _planned(layout: Layout, camera: str | None, options: PlanOptions) -> tuple[Plan, list[Opened]]:
     from handeye_cli import pipeline, targets
 
-    check_output(output)
     distance, tilt = parse_length(layout.distance), parse_angle(layout.tilt)
-    existing = open_calibration(layout.calibration)
+    guess = _guess(layout.calibration)
+    existing = open_calibration(layout.calibration) if guess is None else None
+    seen_by = None if camera is None else _open(camera)
+    if seen_by is not None:
+        if layout.target is None:
+            raise UsageError(
+                "--camera tells what is seen of a target, and there is none",
+                hint="name it with --target, such as --target disc-grid:6x6:5mm:4mm",
+            )
+        options = replace(options, camera=_camera_of(seen_by))
     planned = pipeline.to_plan(
         layout.stations,
         distance=distance,
@@ -34,5 +92,88 @@ def plan(*, layout: Layout, output: Output) -> None:
         setup=layout.setup,
         calibration=None if existing is None else existing.record,
         verification=layout.verification,
+        mount_T_camera=guess,
+        reference_T_target=_pose_of("--base-T-target", layout.base_T_target),
+        options=options,
     )
-    finish("plan", planned, output, [] if existing is None else [existing], given(layout))
+    return planned, [each for each in (existing, seen_by) if each is not None]
+
+
+def _further(
+    layout: Layout, after: str, camera: str | None, options: PlanOptions
+) -> tuple[Plan, list[Opened]]:
+    from handeye_cli import pipeline
+
+    flags = given(layout)
+    for name in _STANDS_ALONE:
+        flag = name.replace("_", "-")
+        if flag in flags:
+            raise UsageError(
+                f"--{flag} cannot act on --after: places are chosen like those recorded",
+                hint="limit them with --depth and --max-tilt",
+            )
+    if camera is not None:
+        raise UsageError("--camera cannot act on --after: the recording has its own intrinsics")
+    opened = _open(after, layout.target, layout.setup)
+    with opened.blamed():
+        planned = pipeline.to_further_stations(
+            opened.record, pipeline.Steps(), layout.stations, options=options
+        )
+    return planned, [opened]
+
+
+def _open(source: str, target: str | None = None, setup: Any = None) -> Opened:
+    return open_input(Source(source, target=target, setup=setup), Mcap())
+
+
+def _guess(text: str | None) -> FloatArray | None:
+    """Return the pose that --calibration states, or None when it names a document."""
+    if text is None:
+        return None
+    from handeye_cli.documents.pose_guess import read_pose_guess
+
+    return read_pose_guess(text)
+
+
+def _pose_of(flag: str, text: str | None) -> FloatArray | None:
+    pose = _guess(text)
+    if text is not None and pose is None:
+        raise InputError(
+            f"expected {flag} to be a pose, found a document",
+            where=text,
+            hint="write x,y,z,qx,qy,qz,qw, or a file with translation and quaternion",
+        )
+    return pose
+
+
+def _camera_of(opened: Opened) -> Camera:
+    camera: Camera | None = getattr(opened.record, "camera", None)
+    if camera is None:
+        raise InputError(
+            "expected a document with a camera, found none",
+            where=opened.file[0],
+            hint="give a recording, features, stations or calibration with intrinsics",
+        )
+    return camera
+
+
+def _check_way(way: Way, output: Output) -> None:
+    from handeye_cli import documents
+
+    for path in (way.csv, way.mcap):
+        if path is not None:
+            documents.check_destination(path, output.force)
+
+
+def _write_way(planned: Plan, way: Way, output: Output) -> None:
+    from handeye_cli import documents
+    from handeye_cli.planning import table
+
+    if way.csv is not None:
+        documents.write_text(table.csv_text(planned), way.csv, output.force)
+    if way.mcap is not None:
+        from handeye_cli.recording.pose_array import mcap_bytes
+
+        parent, _ = table.frames_of(planned)
+        content = mcap_bytes(table.poses_of(planned), parent)
+        documents.write_bytes(content, way.mcap, output.force)

@@ -15,7 +15,13 @@ from typing import Any, BinaryIO, Protocol, TypeVar, cast
 
 from handeye_cli.documents import files, layout, schema, text
 from handeye_cli.documents.context import NO_FLAGS, Context, ReadOptions, context_of
-from handeye_cli.documents.files import check_destination, label_of, write_bytes, write_text
+from handeye_cli.documents.files import (
+    check_destination,
+    label_of,
+    streamed_file,
+    write_bytes,
+    write_text,
+)
 from handeye_cli.documents.layout import Form
 from handeye_cli.documents.place import Place
 from handeye_cli.documents.poses import PoseConventions
@@ -23,8 +29,10 @@ from handeye_cli.errors import InputError
 from handeye_cli.records import (
     Calibration,
     Features,
+    Inspection,
     Plan,
     Recording,
+    Simulation,
     Stations,
     Verification,
 )
@@ -41,12 +49,22 @@ __all__ = [
     "label_of",
     "read",
     "read_source",
+    "streamed_file",
     "write",
     "write_bytes",
     "write_text",
 ]
 
-Record = Recording | Features | Stations | Calibration | Verification | Plan
+Record = (
+    Recording
+    | Features
+    | Stations
+    | Calibration
+    | Verification
+    | Inspection
+    | Plan
+    | Simulation
+)
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 _KINDS: dict[type, str] = {
@@ -55,7 +73,9 @@ _KINDS: dict[type, str] = {
     Stations: "stations",
     Calibration: "calibration",
     Verification: "verification",
+    Inspection: "inspection",
     Plan: "plan",
+    Simulation: "simulation",
 }
 
 

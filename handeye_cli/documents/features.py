@@ -58,11 +58,13 @@ def _image_size(data: dict[str, Any]) -> tuple[int, int] | None:
 
 
 def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -> Station:
+    base_T_gripper, written = robot_pose(entry, context, place)
     return Station(
         name=name,
-        base_T_gripper=robot_pose(entry, context, place),
+        base_T_gripper=base_T_gripper,
         observation=observation_from_data(entry, place),
         reason=entry.get("reason"),
+        written=written,
     )
 
 

@@ -113,11 +113,15 @@ def _rotation(data: dict[str, Any], conventions: PoseConventions, place: Place) 
         rotvec = np.array(data["rotvec"], dtype=float)
         _require_turns_within_one(rotvec, place.key("rotvec"), "a rotation vector is in radians")
         return rotations.exp(rotvec)
-    angles = np.array(data["euler"], dtype=float)
-    if data.get("degrees", False):
-        angles = np.deg2rad(angles)
+    angles = euler_angles(data)
     _require_turns_within_one(angles, place.key("euler"), "say degrees: true if they are degrees")
     return rotations.matrix_from_euler(angles, data["order"])
+
+
+def euler_angles(data: dict[str, Any]) -> FloatArray:
+    """Return the (3,) Euler angles of a mapping with `euler`, and `degrees` if it says so, rad."""
+    angles = np.array(data["euler"], dtype=float)
+    return np.deg2rad(angles) if data.get("degrees", False) else angles
 
 
 def _require_turns_within_one(angles: FloatArray, place: Place, hint: str) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from handeye_cli.documents import parts
 from handeye_cli.documents.context import Context
 from handeye_cli.documents.line import data_from_line, line_fields, optional_target
 from handeye_cli.documents.place import Place
-from handeye_cli.documents.poses import data_from_matrix
-from handeye_cli.documents.station_parts import robot_pose, station_names
+from handeye_cli.documents.station_parts import robot_pose, robot_pose_data, station_names
 from handeye_cli.errors import InputError
 from handeye_cli.images import ImageFile
 from handeye_cli.records import RecordedStation, Recording
@@ -43,7 +43,8 @@ def data_from_record(record: Recording) -> dict[str, Any]:
 
 def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -> RecordedStation:
     image = _image(entry["image"], context, place.key("image"))
-    return RecordedStation(name, robot_pose(entry, context, place), image)
+    pose, written = robot_pose(entry, context, place)
+    return RecordedStation(name, pose, image, written)
 
 
 def _entry(station: RecordedStation) -> dict[str, Any]:
@@ -52,11 +53,8 @@ def _entry(station: RecordedStation) -> dict[str, Any]:
             "expected an image that is a file, found one inside another recording",
             where=station.image.label,
         )
-    return {
-        "name": station.name,
-        "image": station.image.label,
-        "base_T_gripper": data_from_matrix(station.base_T_gripper),
-    }
+    head = {"name": station.name, "image": station.image.label}
+    return parts.without_unknown(head | robot_pose_data(station))
 
 
 def _image(text: str, context: Context, place: Place) -> ImageFile:

@@ -10,8 +10,10 @@ import numpy as np
 from handeye_cli.documents.context import Context
 from handeye_cli.documents.place import Place
 from handeye_cli.documents.poses import data_from_matrix, robot_pose_from_data
+from handeye_cli.documents.written import data_from_written, written_from_data
 from handeye_cli.errors import InputError
-from handeye_cli.records import FloatArray, Observation, Station
+from handeye_cli.records import FloatArray, Observation, RecordedStation, Station
+from handeye_cli.records.line import WrittenRotation
 
 
 def station_names(
@@ -44,14 +46,17 @@ def station_names(
     return names
 
 
-def robot_pose(station: dict[str, Any], context: Context, place: Place) -> FloatArray:
-    """Return the (4, 4) `base_T_gripper` of a station's entry.
+def robot_pose(
+    station: dict[str, Any], context: Context, place: Place
+) -> tuple[FloatArray, WrittenRotation | None]:
+    """Return the (4, 4) `base_T_gripper` of a station's entry, and how it was written.
 
     Raises:
-        InputError: It is no pose, or has a covariance.
+        InputError: It is no pose, has a covariance, or is not what `written` says it was.
     """
     key = "base_T_gripper"
-    return robot_pose_from_data(station[key], context.poses, place.key(key))
+    pose = robot_pose_from_data(station[key], context.poses, place.key(key))
+    return pose, written_from_data(station, pose, context.poses, place)
 
 
 def observation_from_data(station: dict[str, Any], place: Place) -> Observation | None:
@@ -86,6 +91,14 @@ def data_from_observation(observation: Observation | None) -> dict[str, Any]:
     }
 
 
+def robot_pose_data(station: RecordedStation | Station) -> dict[str, Any]:
+    """Return the robot's pose and how it was written, None where that is the default."""
+    return {
+        "base_T_gripper": data_from_matrix(station.base_T_gripper),
+        "written": data_from_written(station.written),
+    }
+
+
 def station_head(station: Station) -> dict[str, Any]:
     """Return the name and the robot's pose, which every entry of a station begins with."""
-    return {"name": station.name, "base_T_gripper": data_from_matrix(station.base_T_gripper)}
+    return {"name": station.name, **robot_pose_data(station)}

@@ -45,12 +45,14 @@ def data_from_record(record: Stations) -> dict[str, Any]:
 def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -> Station:
     key = "camera_T_target"
     pose = pose_from_data(entry[key], context.poses, place.key(key)) if key in entry else None
+    base_T_gripper, written = robot_pose(entry, context, place)
     return Station(
         name=name,
-        base_T_gripper=robot_pose(entry, context, place),
+        base_T_gripper=base_T_gripper,
         observation=observation_from_data(entry, place),
         camera_T_target=pose,
         reason=entry.get("reason"),
+        written=written,
     )
 
 

@@ -7,6 +7,13 @@ are 6x6 in the order (x, y, z, rx, ry, rz), of a perturbation in the parent fram
 
 from __future__ import annotations
 
+from handeye_cli.records.bad_stations import (
+    BadKind,
+    BadStation,
+    BadStations,
+    TargetMove,
+    WithoutBadStations,
+)
 from handeye_cli.records.basics import (
     Camera,
     Finding,
@@ -18,6 +25,9 @@ from handeye_cli.records.basics import (
     TargetSpec,
     UncertainPose,
 )
+from handeye_cli.records.blame import BlameShares, SmoothResiduals
+from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
+from handeye_cli.records.inspection import Inspection
 from handeye_cli.records.line import (
     Features,
     ImageSource,
@@ -26,7 +36,9 @@ from handeye_cli.records.line import (
     Recording,
     Station,
     Stations,
+    WrittenRotation,
 )
+from handeye_cli.records.partial import FreeDirection, PartialAnswer, PosePart
 from handeye_cli.records.results import (
     Calibration,
     Comparison,
@@ -43,36 +55,53 @@ from handeye_cli.records.results import (
     Verification,
     VerificationRow,
 )
+from handeye_cli.records.simulation import Simulation
 
 __all__ = [
+    "BadKind",
+    "BadStation",
+    "BadStations",
+    "BlameShares",
     "Calibration",
     "Camera",
     "Comparison",
+    "ConventionVerdict",
     "CriticalFactors",
     "Features",
     "Finding",
     "FloatArray",
+    "FreeDirection",
     "GreyImage",
+    "HypothesisFit",
     "ImageSource",
     "Improvement",
+    "Inspection",
     "IntArray",
+    "LengthRatio",
     "Noise",
     "Observation",
     "PaperPrediction",
+    "PartialAnswer",
     "Plan",
     "PlannedStation",
+    "PosePart",
     "PredictedError",
     "Protocol",
     "ProvenanceStep",
     "RecordedStation",
     "Recording",
+    "Simulation",
+    "SmoothResiduals",
     "Spread",
     "Station",
     "StationError",
     "StationResidual",
     "Stations",
+    "TargetMove",
     "TargetSpec",
     "UncertainPose",
     "Verification",
     "VerificationRow",
+    "WithoutBadStations",
+    "WrittenRotation",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from handeye_cli.conventions import Setup
+from handeye_cli.conventions import QuaternionOrder, RobotPoses, Setup
 from handeye_cli.records.basics import (
     Camera,
     Finding,
@@ -35,6 +35,25 @@ class ImageSource(Protocol):
 
 
 @dataclass(frozen=True)
+class WrittenRotation:
+    """How the rotation of a robot's pose stood in its document, where the pose does not show it.
+
+    Attributes:
+        robot_poses: Direction of the pose as it was read: `base_T_gripper` or its inverse.
+        quaternion_order: Order in which quaternions were read.
+        euler: The three Euler angles as written, or None when it was given in another form.
+        order: Their axes, as `matrix_from_euler` takes them.
+        degrees: Whether they were read as degrees.
+    """
+
+    robot_poses: RobotPoses = RobotPoses.GRIPPER_IN_BASE
+    quaternion_order: QuaternionOrder = QuaternionOrder.XYZW
+    euler: tuple[float, float, float] | None = None
+    order: str = ""
+    degrees: bool = False
+
+
+@dataclass(frozen=True)
 class RecordedStation:
     """A pause of the robot with a picture.
 
@@ -42,11 +61,13 @@ class RecordedStation:
         name: Name of the station.
         base_T_gripper: (4, 4) pose from the robot's controller.
         image: The picture.
+        written: How that pose was written, or None for the default form.
     """
 
     name: str
     base_T_gripper: FloatArray
     image: ImageSource
+    written: WrittenRotation | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +95,7 @@ class Station:
         observation: What was seen, or None.
         camera_T_target: Pose of the target in the camera, or None when unknown.
         reason: Why the station cannot be used, or None.
+        written: How the robot's pose was written, or None for the default form.
     """
 
     name: str
@@ -81,6 +103,7 @@ class Station:
     observation: Observation | None = None
     camera_T_target: UncertainPose | None = None
     reason: str | None = None
+    written: WrittenRotation | None = None
 
 
 @dataclass(frozen=True)

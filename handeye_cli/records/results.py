@@ -14,6 +14,7 @@ from handeye_cli.records.basics import (
     ProvenanceStep,
     UncertainPose,
 )
+from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 
 
 @dataclass(frozen=True)
@@ -288,7 +289,23 @@ class PlannedStation:
 
 @dataclass(frozen=True)
 class Plan:
-    """Stations to visit, and the pairs the closed form will use."""
+    """Stations to visit, and the pairs the closed form will use.
+
+    Attributes:
+        setup: Where the camera is fixed.
+        stations: Where to go, those to calibrate with first.
+        pairs: Interstation pairs (i, j) by index into `stations`.
+        predicted_error: Expected error of a calibration on these stations, and on those that were
+            recorded already where it adds to them.
+        noise: The levels the prediction rests on.
+        basis: Where they come from.
+        circle: The paper's layout, where the stations are others, to compare with.
+        moved: Stations that could not stay where that layout has them.
+        gains: What each station adds to those that were recorded already.
+        order: Names of all stations in the order of the shortest way, where that was asked for.
+        diagnosis: Findings about what it rests on.
+        provenance: How it came about.
+    """
 
     setup: Setup
     stations: tuple[PlannedStation, ...]
@@ -297,3 +314,8 @@ class Plan:
     noise: Noise | None = None
     diagnosis: tuple[Finding, ...] = ()
     provenance: tuple[ProvenanceStep, ...] = ()
+    basis: PlanBasis | None = None
+    circle: CircleError | None = None
+    moved: tuple[MovedStation, ...] = ()
+    gains: tuple[Gain, ...] = ()
+    order: tuple[str, ...] = ()

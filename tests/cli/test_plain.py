@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import pytest
 from typer.main import get_command
 
-from handeye_cli.cli.options import Layout, Output, Pairs, Solver, Source, Work
+from handeye_cli.cli.options import Output, Pairs, Solver, Source, Work
 from handeye_cli.cli.plain import plain_groups
+from handeye_cli.cli.plan_options import Layout
 from handeye_cli.cli.typer_front import application
 from handeye_cli.conventions import Setup
 

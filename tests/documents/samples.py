@@ -7,28 +7,36 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from handeye_cli.conventions import Setup
+from handeye_cli.conventions import QuaternionOrder, RobotPoses, Setup
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.images import ImageFile
 from handeye_cli.records import (
+    BlameShares,
     Calibration,
     Camera,
     Comparison,
     CriticalFactors,
     Features,
     Finding,
+    FreeDirection,
+    HypothesisFit,
     Improvement,
+    Inspection,
+    LengthRatio,
     Noise,
     Observation,
     PaperPrediction,
     Plan,
     PlannedStation,
+    PosePart,
     PredictedError,
     Protocol,
     ProvenanceStep,
     RecordedStation,
     Recording,
+    SmoothResiduals,
     Spread,
     Station,
     StationError,
@@ -39,6 +47,8 @@ from handeye_cli.records import (
     Verification,
     VerificationRow,
 )
+from handeye_cli.records.line import WrittenRotation
+from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 
 COMPARISON = (
     Comparison("maximum-likelihood", 0.0, 0.0, 8.1e-4, 1.9e-4, 9.3e-4, 2.7e-4),
@@ -49,6 +59,18 @@ COMPARISON = (
 
 def pose(rng: np.random.Generator) -> np.ndarray:
     return se3.from_parts(rotations.exp(rng.normal(size=3)), rng.normal(size=3))
+
+
+WRITTEN = WrittenRotation(
+    RobotPoses.BASE_IN_GRIPPER, QuaternionOrder.WXYZ, (179.9, 1 / 3, -12.5), "ZYX", True
+)
+
+
+def as_euler(written: WrittenRotation) -> np.ndarray:
+    """The pose that was written with these Euler angles."""
+    turn = Rotation.from_euler(written.order, written.euler, degrees=written.degrees)
+    inverse = written.robot_poses is RobotPoses.BASE_IN_GRIPPER
+    return se3.from_parts((turn.inv() if inverse else turn).as_matrix(), np.ones(3))
 
 
 def covariance(rng: np.random.Generator, size: int = 6) -> np.ndarray:
@@ -117,6 +139,7 @@ def recording(rng: np.random.Generator, folder: Path) -> Recording:
         ImageFile((folder / f"images/{k}.png").resolve(), f"images/{k}.png") for k in range(3)
     ]
     stations = tuple(RecordedStation(f"0{k}", pose(rng), image) for k, image in enumerate(images))
+    stations += (RecordedStation("03", as_euler(WRITTEN), images[0], WRITTEN),)
     return Recording(Setup.EYE_TO_HAND, stations, TARGET, **(LINE | {"camera": camera(rng)}))
 
 
@@ -125,7 +148,7 @@ def features(rng: np.random.Generator) -> Features:
     stations = (
         Station("no", pose(rng), seen),
         Station("1e5", pose(rng), Observation(np.array([7]), rng.random((1, 2)))),
-        Station("02", pose(rng), reason="31 of 36 discs: the plate leaves the image on the left"),
+        Station("02", as_euler(WRITTEN), reason="31 of 36 discs: the left is cut", written=WRITTEN),
         Station("a: b", pose(rng), Observation(np.arange(0), np.empty((0, 2))), reason="too few"),
     )
     line = LINE | {"camera": camera(rng), "image_size": (640, 480)}
@@ -144,6 +167,8 @@ def stations(rng: np.random.Generator) -> Stations:
     ]
     entries += [Station("x", pose(rng), camera_T_target=UncertainPose(pose(rng)))]
     entries += [Station("y", pose(rng), reason="not found")]
+    inverse = WrittenRotation(RobotPoses.BASE_IN_GRIPPER)
+    entries += [Station("z", pose(rng), reason="not found", written=inverse)]
     line = LINE | {"camera": camera(rng), "target": TARGET}
     return Stations(Setup.EYE_IN_HAND, tuple(entries), **line)
 
@@ -193,7 +218,44 @@ def plan(rng: np.random.Generator) -> Plan:
         PlannedStation("01", pose(rng), purpose="verify"),
     )
     return Plan(
-        Setup.EYE_TO_HAND, visited, ((0, 1),), PREDICTION, Noise(pixel=0.1), FINDINGS, PROVENANCE
+        Setup.EYE_TO_HAND,
+        visited,
+        ((0, 1),),
+        PREDICTION,
+        Noise(pixel=0.1),
+        FINDINGS,
+        PROVENANCE,
+        basis=PlanBasis("paper", "pixels", "lever", 0.2413),
+        circle=CircleError(1.7e-3, 3.1e-4, False),
+        moved=(MovedStation("00", ("view",), 0.3, 0.01),),
+        gains=(Gain("00", 8e-4, 2e-4, 6e-4, 1e-4),),
+        order=("01", "00"),
+    )
+
+
+def inspection(rng: np.random.Generator) -> Inspection:
+    shares = {
+        f"{cause}_{part}": float(rng.random())
+        for cause in ("robot", "camera", "intrinsics", "plate", "timing")
+        for part in ("rotation", "translation")
+    }
+    return Inspection(
+        setup=Setup.EYE_TO_HAND,
+        stations=(
+            StationResidual("00", True, 1e-3, 1 / 3),
+            StationResidual("b", False, reason="?"),
+        ),
+        diagnosis=FINDINGS,
+        hypotheses=(
+            HypothesisFit("declared", "as declared", "", 0.3, 0.1),
+            HypothesisFit("pose-units", "in mm", "--pose-units mm", 1e-3, 1e-4),
+        ),
+        length_ratio=LengthRatio(1.27, 1e-3),
+        free=(FreeDirection(PosePart.TRANSLATION, np.array([0.6, 0.0, 0.8]), "base", "along z"),),
+        predicted_error=PREDICTION,
+        surfaces=SmoothResiduals(0.13, 0.05, 1e-3, 1e-4, -1e-3, 1e-5, 2e-3, 2e-5, 0.6, 0.2),
+        blame=BlameShares(1e-3, 4e-4, limit="robot", words="robot 0.4 mm, camera 0.1 mm", **shares),
+        provenance=PROVENANCE,
     )
 
 
@@ -205,6 +267,7 @@ def records(rng: np.random.Generator, folder: Path) -> dict[str, Any]:
         "calibration": calibration(rng),
         "calibration-eye-to-hand": calibration(rng, Setup.EYE_TO_HAND),
         "verification": verification(rng),
+        "inspection": inspection(rng),
         "plan": plan(rng),
     }
 

@@ -32,6 +32,7 @@ NAMES = [
     "calibration",
     "calibration-eye-to-hand",
     "verification",
+    "inspection",
     "plan",
 ]
 

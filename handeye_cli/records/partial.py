@@ -1,0 +1,77 @@
+"""The answer as far as the data determine it, and what they leave free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from handeye_cli.conventions import Setup
+from handeye_cli.records.basics import FloatArray, Noise, UncertainPose
+from handeye_cli.records.results import PredictedError
+
+
+class PosePart(StrEnum):
+    """A half of a pose."""
+
+    ROTATION = "rotation"
+    TRANSLATION = "translation"
+
+
+@dataclass(frozen=True)
+class FreeDirection:
+    """A direction of `mount_T_camera` that the data do not determine.
+
+    Attributes:
+        part: What is free: the rotation about the direction, or the translation along it.
+        direction: (3,) unit vector.
+        frame: The frame it is in, `gripper` or `base`.
+        words: The same for people.
+    """
+
+    part: PosePart
+    direction: FloatArray
+    frame: str
+    words: str
+
+
+@dataclass(frozen=True)
+class PartialAnswer:
+    """The part of the answer that the data determine; the rest is held at a choice.
+
+    Free translations of `mount_T_camera` are those of a guess along their directions, and a free
+    rotation is the one nearest to the guess's; the guess is the identity where none was given.
+
+    Attributes:
+        setup: Names the frames of the two poses.
+        mount_T_camera: `gripper_T_camera`, or `base_T_camera` for eye-to-hand.
+        reference_T_target: `base_T_target`, or `gripper_T_target` for eye-to-hand; it belongs to
+            the choice.
+        covariance: (12, 12) of both, with the free directions held: zero along them.
+        free: What is not determined; nothing when all is.
+        predicted_error: Expected error of `mount_T_camera` over the determined directions only.
+        noise: The levels the prediction rests on.
+        noise_estimated: True where they were estimated from the residuals.
+        noise_freedom: Degrees of freedom of that estimate, or None when it was given.
+        residuals: (N, 6) of the loops of the stations that were used: metres, then radians.
+    """
+
+    setup: Setup
+    mount_T_camera: UncertainPose
+    reference_T_target: UncertainPose
+    covariance: FloatArray
+    free: tuple[FreeDirection, ...]
+    predicted_error: PredictedError
+    noise: Noise
+    noise_estimated: bool
+    noise_freedom: float | None
+    residuals: FloatArray
+
+    @property
+    def rotation_determined(self) -> bool:
+        """Whether the whole rotation of `mount_T_camera` is determined."""
+        return all(each.part is not PosePart.ROTATION for each in self.free)
+
+    @property
+    def translation_determined(self) -> bool:
+        """Whether the whole translation of `mount_T_camera` is determined."""
+        return all(each.part is not PosePart.TRANSLATION for each in self.free)
