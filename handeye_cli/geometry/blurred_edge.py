@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 SingleArray = NDArray[np.float32]
 
+_SERIES = np.array([-1.821255978, 1.781477937, -0.356563782, 0.319381530], dtype=np.float32)
+_FARTHEST = np.float32(-80.0)
+"""Least exponent of the density."""
 _TERMS = 4
 """Terms of Mehler's series: for edges at 45 deg the rest is half a grey level."""
 
@@ -21,14 +24,27 @@ def normal_distribution(x: SingleArray) -> tuple[SingleArray, SingleArray]:
     Args:
         x: (...) arguments in standard deviations.
     """
-    density = np.exp(-0.5 * x * x) * np.float32(1.0 / math.sqrt(2.0 * math.pi))
-    t = 1.0 / (1.0 + np.float32(0.2316419) * np.abs(x))
-    series = np.float32(1.330274429) * t + np.float32(-1.821255978)
-    series = series * t + np.float32(1.781477937)
-    series = series * t + np.float32(-0.356563782)
-    series = series * t + np.float32(0.319381530)
-    tail = density * series * t
-    return np.where(x > 0, 1.0 - tail, tail), density
+    # in place, as time goes into memory here
+    density = np.float32(-0.5) * x
+    density *= x
+    # numbers near nothing are slow
+    np.maximum(density, _FARTHEST, out=density)
+    np.exp(density, out=density)
+    density *= np.float32(1.0 / math.sqrt(2.0 * math.pi))
+    t = np.abs(x)
+    t *= np.float32(0.2316419)
+    t += np.float32(1.0)
+    np.reciprocal(t, out=t)
+    share = np.float32(1.330274429) * t
+    for coefficient in _SERIES:
+        share += coefficient
+        share *= t
+    share *= density
+    # that is the tail's share, on either side
+    np.subtract(np.float32(0.5), share, out=share)
+    np.copysign(share, x, out=share)
+    share += np.float32(0.5)
+    return share, density
 
 
 def crossing(

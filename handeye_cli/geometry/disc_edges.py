@@ -1,8 +1,4 @@
-"""How far pixels are from the edge of a disc, and how much of a pixel a blurred disc covers.
-
-On the plate a disc is a circle. What is measured is in pixels of the image, across the edge, to
-second order: neither the perspective within a disc nor the curvature of its outline is left out.
-"""
+"""How far pixels are from the edges of discs, to second order, across the edge in the image."""
 
 from __future__ import annotations
 
@@ -10,11 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handeye_cli.geometry.disc_pixels import EdgePixels, FloatArray, Patches, SingleArray
+from handeye_cli.geometry.disc_conics import Conics, moved_to, slopes_of
+from handeye_cli.geometry.disc_pixels import EdgePixels, FloatArray, SingleArray
 
-_NOWHERE = 6.0
+_NEIGHBOURS = 4
 _FAR = 3.2
 """Blurs beyond which the edge of another disc is not noticed."""
+_LEAST = np.float32(1e-9)
+"""Least square of a slope, as roots are taken."""
 
 
 @dataclass(frozen=True)
@@ -22,101 +21,141 @@ class Edges:
     """Pixels with their distances from the edge, linearised in shift and growth.
 
     Attributes:
-        pixels: The pixels.
         weight: (n, m) 1 for a pixel that takes part, else 0.
-        distance: (n, m) from the edge, pixels, positive inside.
-        by_shift: (n, 3, m) derivative of the distance by shift and growth, in radii.
-        others: (n, m) distance from the edge of the nearest other disc, or None where all are far.
+        grey: (n, m) grey levels, times the weight.
+        terms: (6, n, m) monomials 1, u, v, uu, uv, vv of the offset.
+        distance: (k, n, m) from the edge, pixels, positive inside, and from that of the nearest
+            other disc, if any is near.
+        by_shift: (3, n, m) derivatives of the distance by shift and growth, in radii.
     """
 
-    pixels: EdgePixels
     weight: SingleArray
+    grey: SingleArray
+    terms: SingleArray
     distance: SingleArray
     by_shift: SingleArray
-    others: SingleArray | None
+
+
+@dataclass(frozen=True)
+class Others:
+    """The other discs next to each of n discs, as they lie on the plate.
+
+    Attributes:
+        square: (n, k, 6) coefficients of 1, u, v, uu, uv, vv of the squared distance from the
+            centre in radii, for pixels from the image of the disc's own centre; k at most 4.
+        gap: Smallest distance between two edges, pixels.
+    """
+
+    square: FloatArray
+    gap: float
+
+
+def others_of(discs: FloatArray, places: FloatArray, conics: Conics) -> Others:
+    """Look for the discs next to each.
+
+    Args:
+        discs: (n, 3) centre (x, y) on the plate and radius of each disc.
+        places: (n, 2) where the map of the plate has the images of the centres.
+        conics: Outlines around where the discs are seen.
+    """
+    x, y, radius = discs.T
+    apart = np.hypot(x[:, None] - x, y[:, None] - y) - radius
+    np.fill_diagonal(apart, np.inf)
+    count = min(_NEIGHBOURS, len(discs) - 1)
+    index = np.argpartition(apart, count - 1, axis=1)[:, :count]
+    seen_from = conics.centre - conics.origin - places
+    square = moved_to(conics.level[index], places[:, None] + seen_from[index])
+    square[..., 0] += 1.0
+    gap = (np.min(apart, axis=1) / radius - 1.0) * conics.ellipses.half_axes[1]
+    return Others(square, float(np.min(gap)))
 
 
 def measure(
-    patches: Patches, pixels: EdgePixels, moved: FloatArray, *, blur: float, band: float
+    conics: Conics,
+    pixels: EdgePixels,
+    others: Others,
+    growth: float,
+    *,
+    blur: float,
+    band: float,
 ) -> Edges:
     """Measure pixels against the edges of discs.
 
     Args:
-        patches: The surroundings of the n discs.
+        conics: Outlines of the discs.
         pixels: The pixels.
-        moved: (n, 3) shift and growth of the discs against their nominal place, in radii.
+        others: The discs next to them.
+        growth: By how much all have grown since the others were looked for, in radii.
         blur: Standard deviation of the edges, pixels.
         band: Pixels farther from the edge take no part.
     """
-    away = pixels.plate - moved[:, :2, None].astype(np.float32)
-    radius = (1.0 + moved[:, 2:]).astype(np.float32)
-    distance, outward, scale = _distance(patches, pixels.slopes, away, radius, blur)
+    distance, by_shift = _distances(conics, pixels.terms, blur)
     weight = pixels.weight * (np.abs(distance) < band)
-    others = None
-    if patches.gap < band + _FAR * blur:
-        relative, beyond = _nearest_other(patches, away, radius)
-        others, _, _ = _distance(patches, pixels.slopes, relative, beyond, blur)
-        # far away it makes no difference, but numbers near nothing are slow
-        np.maximum(others, np.float32(-_NOWHERE * blur), out=others)
-    return Edges(
-        pixels=pixels,
-        weight=weight,
-        distance=distance,
-        by_shift=np.concatenate([outward * scale[:, None], scale[:, None]], axis=1),
-        others=others,
-    )
+    distances = distance[None]
+    if others.gap < band + _FAR * blur:
+        square = moved_to(others.square, (conics.origin - conics.centre)[:, None])
+        distances = np.stack([distance, _nearest(square, 1.0 + growth, pixels.terms)])
+    return Edges(weight, pixels.grey * weight, pixels.terms, distances, by_shift)
 
 
-def _distance(
-    patches: Patches, slopes: SingleArray, away: SingleArray, radius: SingleArray, blur: float
-) -> tuple[SingleArray, SingleArray, SingleArray]:
-    """Return how far pixels are from the circles around, positive inside.
+def _distances(conics: Conics, terms: SingleArray, blur: float) -> tuple[SingleArray, SingleArray]:
+    """Return (n, m) distances from the edges and their (3, n, m) derivatives, as `Edges` has them.
+
+    Along the line of steepest rise the level is a quadratic of the distance.
+    """
+    slopes = slopes_of(conics.level)
+    turn = slopes[..., 1:]
+    rows = np.zeros((len(slopes), 7, 6))
+    rows[:, 0], rows[:, 1:3, :3], rows[:, 3:5, :3] = conics.level, slopes, turn @ slopes
+    rows[:, 5:] = conics.rising
+    values = _values(rows, terms)
+    # in place from here on, as time goes into memory
+    level, rise, pull, falling = values[0], values[1:3], values[3:5], values[5:]
+    pull *= rise
+    rise *= rise
+    steep = rise[0] + rise[1]
+    bend = pull[0] + pull[1]
+    bend /= steep
+    slope = np.sqrt(steep)
+    level *= -2.0
+    steep += bend * level
+    np.maximum(steep, _LEAST, out=steep)
+    slope_at_edge = np.sqrt(steep, out=steep)
+    distance = level / (slope + slope_at_edge)
+    # a blurred round edge is half covered a little inside of itself
+    around = (turn[:, 0, 0] + turn[:, 1, 1]).astype(np.float32)[:, None]
+    curvature = np.subtract(around, bend, out=bend)
+    curvature /= slope_at_edge
+    curvature *= np.float32(0.5 * blur * blur)
+    distance -= curvature
+    by_shift = np.empty((3, *distance.shape), np.float32)
+    np.divide(falling, slope, out=by_shift[:2])
+    np.sqrt(by_shift[0] * by_shift[0] + by_shift[1] * by_shift[1], out=by_shift[2])
+    return distance, by_shift
+
+
+def _values(rows: FloatArray, terms: SingleArray) -> SingleArray:
+    """Return the (k, n, m) values of (n, k, 6) quadratics."""
+    out = np.empty((rows.shape[1], *terms.shape[1:]), np.float32)
+    np.matmul(rows.astype(np.float32), terms.swapaxes(0, 1), out=out.swapaxes(0, 1))
+    return out
+
+
+def _nearest(square: FloatArray, radius: float, terms: SingleArray) -> SingleArray:
+    """Return the (n, m) distances from the nearest edges, positive inside, to first order.
 
     Args:
-        patches: The surroundings of the n discs.
-        slopes: (n, 4, m) derivatives of the plate's x, y by the pixel's u, then by its v.
-        away: (n, 2, m) from the circles' centres to the pixels, on the plate.
-        radius: (n, 1) or (n, m) radii, on the plate.
-        blur: Standard deviation of the edges, pixels.
-
-    Returns:
-        (n, m) pixels, (n, 2, m) directions on the plate from the centres, (n, m) pixels across the
-        edge for a step of 1 on the plate.
+        square: (n, k, 6) coefficients of the squared distances from k centres, in radii.
+        radius: Where the edges are.
+        terms: (6, n, m) pixels.
     """
-    x, y = away[:, 0], away[:, 1]
-    length: SingleArray = np.maximum(np.sqrt(x * x + y * y), np.float32(1e-6))
-    outward = away / length[:, None]
-    cosine, sine = outward[:, 0], outward[:, 1]
-    x_u, y_u, x_v, y_v = np.moveaxis(slopes, 1, 0)
-    across_u, across_v = cosine * x_u + sine * y_u, cosine * x_v + sine * y_v
-    scale = 1.0 / np.sqrt(across_u * across_u + across_v * across_v)
-    u, v = across_u * scale, across_v * scale
-    # a step of a pixel along (u, v) leads aside on the plate by so much
-    aside = cosine * (y_u * u + y_v * v) - sine * (x_u * u + x_v * v)
-    bend = patches.bends @ np.stack([u * u, u * v, v * v], axis=1)
-    second = cosine * bend[:, 0] + sine * bend[:, 1] + aside * aside / length
-    area = (x_u * y_v - x_v * y_u) * scale
-    first = (radius - length) * scale
-    # a blurred round edge is half covered a little inside of itself
-    inside = np.float32(0.5 * blur * blur) * area * area * scale / length
-    return first - 0.5 * scale * second * first * first - inside, outward, scale
-
-
-def _nearest_other(
-    patches: Patches, away: SingleArray, radius: SingleArray
-) -> tuple[SingleArray, SingleArray]:
-    """Return the (n, 2, m) place relative to the nearest of the other discs, and its radius.
-
-    `away` is relative to the disc's centre as it was found; the others lie where the plate says,
-    and have grown as this one.
-    """
-    nearest = np.full((len(away), away.shape[2]), -np.inf, dtype=np.float32)
-    relative, size = np.empty_like(away), np.empty_like(nearest)
-    for other in np.moveaxis(patches.others, 1, 0)[..., None]:
-        here = away - other[:, :2]
-        inside = radius * other[:, 2] - np.sqrt(here[:, 0] ** 2 + here[:, 1] ** 2)
-        nearer = inside > nearest
-        nearest = np.where(nearer, inside, nearest)
-        relative = np.where(nearer[:, None], here, relative)
-        size = np.where(nearer, radius * other[:, 2], size)
-    return relative, size
+    a, b, c = np.moveaxis(slopes_of(0.5 * square), -1, 0)
+    steep = np.stack([a * a, 2.0 * a * b, 2.0 * a * c, b * b, 2.0 * b * c, c * c], axis=-1)
+    values = _values(np.concatenate([square, steep[..., 0, :] + steep[..., 1, :]], axis=1), terms)
+    np.maximum(values, _LEAST, out=values)
+    squared, steepness = np.split(values, 2)
+    distance = np.sqrt(squared)
+    distance *= np.float32(radius)
+    distance -= squared
+    distance /= np.sqrt(steepness, out=steepness)
+    return np.asarray(distance.max(axis=0))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.disc_pixels import FloatArray, forward_jacobian, half_axes
+from handeye_cli.geometry.disc_pixels import FloatArray
 
 _DIAGONAL = (1.2, 1.6)
 """Distances of diagonal neighbours in those of the nearest ones: their middles are bare."""
@@ -33,7 +33,7 @@ class Patchwork:
 
 
 def paper_between(
-    image: NDArray[np.uint8], discs: FloatArray, to_pixel: PlateToPixel, clear: float
+    image: NDArray[np.uint8], discs: FloatArray, to_pixel: PlateToPixel, scale: float, clear: float
 ) -> Patchwork:
     """Look at the paper in the middle of each four discs.
 
@@ -41,6 +41,7 @@ def paper_between(
         image: (height, width) grey image.
         discs: (n, 3) centre (x, y) on the plate and radius of each disc, metres.
         to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
+        scale: Least pixels of a metre on the plate, in any direction.
         clear: How far from the edges of the discs paper is bare, pixels.
 
     Returns:
@@ -50,8 +51,7 @@ def paper_between(
     room = np.sqrt(np.sum((middles[:, None] - discs[:, :2]) ** 2, axis=-1)) - discs[:, 2]
     radius = np.min(room, axis=1, initial=np.inf)
     places = to_pixel(middles)
-    _, short = half_axes(forward_jacobian(to_pixel, middles, radius))
-    free = np.min(radius * short - clear, initial=np.inf) / math.sqrt(2.0)
+    free = (np.min(radius, initial=np.inf) * scale - clear) / math.sqrt(2.0)
     reach = min(int(free), _WIDEST) if len(middles) else -1
     if reach < 0:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.disc_conics import images_of, offsets_of_middles
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.geometry.disc_projection import centres_of, outlines
 from handeye_cli.records import Camera, FloatArray, GreyImage
@@ -48,7 +49,7 @@ def refine_discs(
         return seen
     found = discs[seen.ids]
     to_pixel = plate_map(found[:, :2], seen.pixels, camera)
-    start = centres_of(_ellipses(found, to_pixel, seen.pixels), found, to_pixel)
+    start = seen.pixels - offsets_of_middles(images_of(found, to_pixel))
     if np.max(np.abs(start - seen.pixels)) > _NOTICEABLE:
         to_pixel = plate_map(found[:, :2], start, camera)
     fit = fit_discs(grey, found, to_pixel, start)
@@ -87,13 +88,6 @@ def _carried(
     for _ in range(_ROUNDS):
         pixels = centres_of(rings, found, plate_map(found[:, :2], pixels, camera))
     return replace(seen, pixels=pixels)
-
-
-def _ellipses(discs: FloatArray, to_pixel: PlateToPixel, middles: FloatArray) -> FloatArray:
-    """Return the (n, 16, 2) outlines of ellipses like the discs' images around (n, 2) middles."""
-    rings = outlines(discs, to_pixel)
-    opposite = np.roll(rings, rings.shape[1] // 2, axis=1)
-    return np.asarray((rings - opposite) / 2.0 + middles[:, None])
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from handeye_cli.geometry.ring_pixels import Padding, ring_pixels
+from handeye_cli.geometry.ring_pixels import Ellipses, ring_pixels
 
 SIZE = (120, 150)
 
@@ -35,44 +35,64 @@ SHAPES = [
 ]
 
 
-def selected(rings, band, every=1):
-    column, row, count = ring_pixels(rings, SIZE, band, every=every)
-    return np.split(np.stack([column, row], axis=1), np.cumsum(count)[:-1])
+def ellipses(shapes):
+    """The ellipses, from whole pixels near them that are not the nearest ones."""
+    centre = np.array([centre for centre, _, _ in shapes])
+    axes = np.array([half_axes for _, half_axes, _ in shapes])
+    turn = np.array([turn for _, _, turn in shapes])
+    c, s = np.cos(turn), np.sin(turn)
+    M = np.array([[c, -s], [s, c]]).transpose(2, 0, 1) * axes[:, None]
+    square = M @ M.transpose(0, 2, 1)
+    origin = np.rint(centre) + np.array([1.0, -2.0])
+    elements = np.stack([square[:, 0, 0], square[:, 0, 1], square[:, 1, 1]])
+    return Ellipses.of(centre - origin, elements), origin
+
+
+def selected(shapes, band):
+    found, origin = ellipses(shapes)
+    column, row, weight = ring_pixels(found, origin, SIZE, band)
+    pixels = np.stack([column, row], axis=-1) + origin[:, None]
+    return [each[held > 0].astype(int) for each, held in zip(pixels, weight, strict=True)]
+
+
+def test_half_axes():
+    found, _ = ellipses(SHAPES)
+    np.testing.assert_allclose(found.half_axes.T, [axes for _, axes, _ in SHAPES])
+
+
+def test_grown_ellipses_keep_their_directions():
+    grown = [(centre, (a + 2.5, b + 2.5), turn) for centre, (a, b), turn in SHAPES]
+    found, _ = ellipses(SHAPES)
+    expected, _ = ellipses(grown)
+    by = np.full(len(SHAPES), 2.5)
+    np.testing.assert_allclose(found.grown(by), expected.square, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(found.grown(np.stack([by, -by]))[:, 0], expected.square, atol=1e-9)
 
 
 @pytest.mark.parametrize("band", [1.6, 3.0])
 def test_the_band_is_taken_and_little_else(band):
-    rings = np.array([ellipse(*shape) for shape in SHAPES])
-    for shape, pixels in zip(SHAPES, selected(rings, band), strict=True):
+    for shape, pixels in zip(SHAPES, selected(SHAPES, band), strict=True):
         apart = distances(*shape)
         mask = np.zeros(SIZE, dtype=bool)
         mask[pixels[:, 1], pixels[:, 0]] = True
         assert mask.sum() == len(pixels), "a pixel was taken twice"
         # an ellipse's parallel curve is not quite an ellipse
-        assert np.all(mask[apart < band - 0.35])
-        assert np.all(apart[mask] < band + 0.5)
+        assert np.all(mask[apart < band - 0.3])
+        assert np.all(apart[mask] < band + 0.3)
 
 
 def test_one_outline_outside_of_the_image_has_no_pixels():
-    rings = np.array([ellipse(*SHAPES[0]), ellipse((-80.0, 40.0), (9.0, 9.0), 0.0)])
-    inside, outside = selected(rings, 2.0)
+    inside, above, aside = selected(
+        [SHAPES[0], ((60.0, -80.0), (9.0, 9.0), 0.0), ((-80.0, 40.0), (9.0, 9.0), 0.0)], 2.0
+    )
     assert len(inside) > 100
-    assert len(outside) == 0
+    assert len(above) == len(aside) == 0
 
 
-def test_every_third_pixel():
-    rings = np.array([ellipse(*shape) for shape in SHAPES[:3]])
-    whole = np.concatenate(selected(rings, 3.0))
-    column, row, count = ring_pixels(rings, SIZE, 3.0, every=3)
-    np.testing.assert_array_equal(np.stack([column, row], axis=1), whole[::3])
-    assert count.sum() == len(column)
-    for part, shape in zip(selected(rings, 3.0, every=3), SHAPES, strict=False):
-        assert np.all(np.linalg.norm(part - np.array(shape[0]), axis=1) < max(shape[1]) + 4.0)
-
-
-def test_padding_repeats_the_first_value_of_its_row():
-    count = np.array([2, 0, 3])
-    padding = Padding(count)
-    np.testing.assert_array_equal(padding.weight, [[1, 1, 0], [0, 0, 0], [1, 1, 1]])
-    rows = padding.rows(np.array([1, 2, 3, 4, 5], dtype=np.float32))
-    np.testing.assert_array_equal(rows[[0, 2]], [[1, 2, 1], [3, 4, 5]])
+def test_what_fills_up_a_row_is_near():
+    found, origin = ellipses(SHAPES)
+    column, row, weight = ring_pixels(found, origin, SIZE, 2.0)
+    for k, shape in enumerate(SHAPES):
+        spare = np.stack([column[k], row[k]], axis=-1)[weight[k] == 0] + origin[k]
+        apart = np.linalg.norm(spare - np.array(shape[0]), axis=1)
+        assert np.all(apart < max(shape[1]) + 3.0)

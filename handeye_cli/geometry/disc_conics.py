@@ -1,0 +1,135 @@
+"""Outlines of discs in an image as conics, and how they move with the discs.
+
+Through a camera without distortion a circle is imaged as an ellipse: the zeros of a quadratic
+polynomial of the pixel, the level, that falls below zero inside. Lens distortion within a disc
+moves its outline as a whole, which the ellipse follows, and bends it by thousandths of a pixel,
+evenly to both sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.ring_pixels import Ellipses
+
+FloatArray = NDArray[np.float64]
+
+_RIM = 16
+_ANGLE = 2.0 * np.pi * np.arange(_RIM) / _RIM
+_X, _Y, _ONE = np.cos(_ANGLE), np.sin(_ANGLE), np.ones(_RIM)
+_PLACES = np.stack([np.append(_X, 0.0), np.append(_Y, 0.0)], axis=1)
+"""Points around a disc and its centre: (17, 2)."""
+_ANALYSIS = np.stack([_X, _Y, _X * _X - _Y * _Y, 2.0 * _X * _Y], axis=1) * 2.0 / _RIM
+"""From the images of the points around to the coefficients of x, y, xx - yy and 2 xy: (16, 4)."""
+_BY_X = np.stack([_ONE, 0.0 * _ONE, 2.0 * _X, 2.0 * _Y, 2.0 * _X])
+_BY_Y = np.stack([0.0 * _ONE, _ONE, -2.0 * _Y, 2.0 * _X, 2.0 * _Y])
+"""Derivatives of these terms, and of xx + yy, by x and y at the points around: (5, 16)."""
+_DERIVATIVES = np.concatenate([_BY_X, _BY_Y], axis=1)
+
+
+@dataclass(frozen=True)
+class Conics:
+    """The outlines of n discs in an image.
+
+    Attributes:
+        centre: (n, 2) images of the discs' centres.
+        origin: (n, 2) the nearest whole pixels, from which all others (u, v) are counted.
+        level: (n, 6) coefficients of 1, u, v, uu, uv, vv: -1 at the origin, 0 on the outline.
+        rising: (n, 2, 6) the same of the level's fall, on the outline, when the disc is shifted
+            along the plate's axes, by its radius.
+        by_shift: (n, 2, 2) derivatives of the image of the centre by these shifts.
+        rim: (n, 2, 16) points on the outlines.
+        outward: (n, 2, 16) unit normals there.
+        ellipses: Middles and axes.
+    """
+
+    centre: FloatArray
+    origin: FloatArray
+    level: FloatArray
+    rising: FloatArray
+    by_shift: FloatArray
+    rim: FloatArray
+    outward: FloatArray
+    ellipses: Ellipses
+
+
+def images_of(discs: FloatArray, to_pixel: PlateToPixel) -> FloatArray:
+    """Return the (n, 17, 2) pixels of 16 points around each disc and of its centre.
+
+    Args:
+        discs: (n, 3) centre (x, y) on the plate and radius, metres.
+        to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
+    """
+    return to_pixel(discs[:, None, :2] + discs[:, 2, None, None] * _PLACES)
+
+
+def offsets_of_middles(images: FloatArray) -> FloatArray:
+    """Return the (n, 2) offsets from the centres' images to the middles of the outlines' ellipses.
+
+    Mapped back by what the images have in common with a linear map, an outline is nearly a circle,
+    whose middle is found from the radii all around.
+    """
+    directions = _PLACES[:-1]
+    rim = images[:, :-1] - images[:, -1:]
+    linear = 2.0 / _RIM * (rim.transpose(0, 2, 1) @ directions)
+    radius = np.sum((rim @ np.linalg.inv(linear).transpose(0, 2, 1)) * directions, axis=-1)
+    middle = 2.0 / _RIM * (radius @ directions)
+    return np.asarray((linear @ middle[..., None])[..., 0])
+
+
+def conics_of(images: FloatArray) -> Conics:
+    """Fit conics to the (n, 17, 2) images of points of discs, as `images_of` has them."""
+    centre = images[:, -1]
+    origin = np.rint(centre)
+    around = (images - origin[:, None]).transpose(0, 2, 1)
+    rim = around[..., :-1]
+    terms = np.empty((len(images), 5, _RIM))
+    terms[:, :2] = rim
+    np.multiply(rim, rim[:, :1], out=terms[:, 2:4])
+    np.multiply(rim[:, 1], rim[:, 1], out=terms[:, 4])
+    # distances from the conic count all along the outline alike
+    along = np.roll(rim, -1, axis=-1) - np.roll(rim, 1, axis=-1)
+    weighted = terms / np.sqrt(np.sum(along * along, axis=1, keepdims=True))
+    fitting = np.linalg.inv(weighted @ terms.transpose(0, 2, 1)) @ weighted
+    level = np.empty((len(images), 6))
+    level[:, 0], level[:, 1:] = -1.0, fitting.sum(axis=-1)
+    slopes = slopes_of(level)
+    steepest = slopes[..., 1:] @ rim + slopes[..., :1]
+    field = np.empty((len(images), 2, 5))
+    np.matmul(rim, _ANALYSIS, out=field[..., :4])
+    np.subtract(rim.mean(axis=-1), around[..., -1], out=field[..., 4])
+    by_place = (field @ _DERIVATIVES).reshape(-1, 2, 2, _RIM)
+    by_place *= steepest[:, :, None]
+    rising = np.zeros((len(images), 2, 6))
+    rising[..., 1:] = (by_place[:, 0] + by_place[:, 1]) @ fitting.transpose(0, 2, 1)
+    outward = steepest / np.sqrt(np.sum(steepest * steepest, axis=1, keepdims=True))
+    ellipses = _ellipses(slopes)
+    return Conics(centre, origin, level, rising, field[..., :2], rim, outward, ellipses)
+
+
+def _ellipses(slopes: FloatArray) -> Ellipses:
+    """Return the ellipses of levels that are -1 at the origin, by their (n, 2, 3) slopes."""
+    (a, uu, uv), (b, _, vv) = slopes.transpose(1, 2, 0)
+    determinant = uu * vv - uv * uv
+    u, v = (uv * b - vv * a) / determinant, (uv * a - uu * b) / determinant
+    scale = (2.0 - a * u - b * v) / determinant
+    return Ellipses.of(np.stack([u, v], axis=1), np.stack([vv, -uv, uu]) * scale)
+
+
+def slopes_of(level: FloatArray) -> FloatArray:
+    """Return (..., 2, 3) coefficients of 1, u, v in the derivatives of (..., 6) quadratics."""
+    return np.asarray(level[..., [[1, 3, 4], [2, 4, 5]]] * [[1.0, 2.0, 1.0], [1.0, 1.0, 2.0]])
+
+
+def moved_to(level: FloatArray, origin: FloatArray) -> FloatArray:
+    """Return (..., 6) quadratics for pixels counted from another (..., 2) origin."""
+    slopes = slopes_of(level)
+    change = (slopes[..., 1:] @ origin[..., None])[..., 0]
+    out = level.copy()
+    out[..., 0] += np.sum(origin * (slopes[..., 0] + 0.5 * change), axis=-1)
+    out[..., 1:3] += change
+    return out

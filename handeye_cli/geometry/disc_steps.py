@@ -1,0 +1,194 @@
+"""Gauss-Newton steps to the edges of discs, all discs of an image at once.
+
+With the distance d of a pixel from the edge, in pixels and positive inside, the disc covers
+`S = Phi(d / blur)` of it, neighbours add theirs, and
+
+    grey = light (1 - (1 - ink) sum S),   light = p0 + p1 u + p2 v
+
+with quadratic terms where shadows fall. Single precision is far finer than a grey level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handeye_cli.geometry.blurred_edge import normal_distribution
+from handeye_cli.geometry.disc_edges import Edges
+from handeye_cli.geometry.disc_pixels import FloatArray, SingleArray
+from handeye_cli.geometry.light_slopes import Course, typical
+
+GROWTH, BLUR, INK, LIGHT = 2, 3, 4, 5
+SHIFT, COURSE = slice(0, 2), slice(6, None)
+"""Where the parameters of a disc are; the terms of its light come last."""
+_EVEN, _BENT = 3, 6
+"""Terms of the light over a disc: a plane, or a quadratic where shadows fall."""
+_KEPT = (0, 1, LIGHT)
+KEPT_SHIFT, KEPT_LIGHT = slice(0, 2), 2
+"""Parameters whose covariances are kept, and where."""
+_DAMPING = 1e-6
+_SOUND = 9.0
+"""Squared residuals over the median above which a disc is covered or stained."""
+_STILL = 0.03
+"""After a step by fewer blurs next to nothing is left to another one."""
+_MOST_STEPS = 2
+_BLUR_LIMITS = (0.3, 4.0)
+_LARGEST_STEP = np.array([0.2, 0.2, 0.1, 0.3, 0.5, *[1e9] * _BENT])
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a step reached.
+
+    Attributes:
+        state: (n, p) parameters: shift, growth, blur, ink, and the terms of the light.
+        spread: (n, p, 3) their covariances with the shift and the light's first term, for residuals
+            of one grey level.
+        squares: (n,) sums of squared residuals, as the step foretells them.
+        count: (n,) pixels that take part.
+    """
+
+    state: FloatArray
+    spread: FloatArray
+    squares: FloatArray
+    count: FloatArray
+
+    @cached_property
+    def relative(self) -> FloatArray:
+        """(n,) mean square residuals."""
+        return np.asarray(self.squares / np.maximum(self.count - self.state.shape[1], 1.0))
+
+    @cached_property
+    def sound(self) -> NDArray[np.bool_]:
+        """(n,) whether a disc is neither covered nor stained."""
+        return np.asarray(self.relative < _SOUND * typical(self.relative))
+
+    @cached_property
+    def noise(self) -> float:
+        """Variance of a grey level, that of rounding at least."""
+        freedom = np.sum((self.count - self.state.shape[1])[self.sound])
+        return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), 1.0 / 12.0)
+
+    @property
+    def blur(self) -> float:
+        """Typical blur, pixels."""
+        return typical(self.state[:, BLUR])
+
+
+def first_state(edges: Edges, blur: float) -> FloatArray:
+    """Return the (n, p) state at the start, in an even light, from the blur that edges may have.
+
+    With light 1 and ink 0 the model has the derivatives it has with any, but for factors.
+    """
+    state = np.zeros((len(edges.grey), LIGHT + _EVEN))
+    state[:, BLUR], state[:, LIGHT] = blur, 1.0
+    normal, wanted, _ = _normal_equations(edges, state)
+    change = _solved(normal, wanted)[..., 0]
+    light, ink = np.maximum(1.0 + change[:, LIGHT], 1.0), change[:, INK]
+    contrast = np.copysign(np.maximum(np.abs(light - ink), 1.0), light - ink)
+    state[:, :INK] += _limited(change[:, :INK] / contrast[:, None])
+    state[:, INK], state[:, LIGHT] = ink / light, light
+    state[:, LIGHT + 1 :] = change[:, LIGHT + 1 :]
+    return state
+
+
+def settled(
+    edges: Edges, state: FloatArray, by_shift: FloatArray, prior: Course | None = None
+) -> Progress:
+    """Take steps until the discs stay where they are, but few.
+
+    Args:
+        edges: Pixels around the edges.
+        state: (n, p) where to start.
+        by_shift: (n, 2, 2) derivatives of the images of the centres by the shifts.
+        prior: What the light should do; variances in units of that of a grey level.
+    """
+    for _ in range(_MOST_STEPS):
+        last = _stepped(edges, state, prior)
+        moved = by_shift @ (last.state - state)[:, SHIFT, None]
+        state = last.state
+        if np.max(np.abs(moved)) < _STILL * last.blur:
+            break
+    return last
+
+
+def _stepped(edges: Edges, state: FloatArray, prior: Course | None) -> Progress:
+    normal, wanted, squares = _normal_equations(edges, state)
+    solved = _solved(normal, wanted, state, prior)
+    step = _limited(solved[..., 0])
+    after = state + step
+    after[:, BLUR] = np.minimum(np.maximum(after[:, BLUR], _BLUR_LIMITS[0]), _BLUR_LIMITS[1])
+    squares += np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
+    count = np.sum(edges.weight, axis=1, dtype=float)
+    return Progress(after, solved[..., 1:], np.maximum(squares, 0.0), count)
+
+
+def _limited(step: FloatArray) -> FloatArray:
+    largest = _LARGEST_STEP[: step.shape[1]]
+    return np.asarray(np.minimum(np.maximum(step, -largest), largest))
+
+
+def _normal_equations(edges: Edges, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (n, p, p) and (n, p), the normal equations of a step, and (n,) the squares before."""
+    rows = _linearised(edges, state)
+    products = np.matmul(rows[:-1].swapaxes(0, 1), rows.transpose(1, 2, 0)).astype(float)
+    squares = np.einsum("nm,nm->n", rows[-1], rows[-1]).astype(float)
+    return products[..., :-1], products[..., -1], squares
+
+
+def _solved(
+    normal: FloatArray,
+    wanted: FloatArray,
+    state: FloatArray | None = None,
+    prior: Course | None = None,
+) -> FloatArray:
+    """Return (n, p, 4): the step, and the covariances with the parameters that are asked for."""
+    size = wanted.shape[1]
+    # nothing at all is seen of a disc outside of the image
+    damped = normal * (1.0 + _DAMPING * np.eye(size)) + 1e-15 * np.eye(size)
+    right = np.zeros((*wanted.shape, 1 + len(_KEPT)))
+    right[..., 0] = wanted
+    right[:, _KEPT, range(1, 1 + len(_KEPT))] = 1.0
+    if prior is not None and state is not None:
+        course = np.arange(size)[COURSE]
+        damped[:, course, course] += 1.0 / prior.variance
+        right[:, COURSE, 0] += (prior.mean - state[:, COURSE]) / prior.variance
+    return np.asarray(np.linalg.solve(damped, right))
+
+
+def _linearised(edges: Edges, state: FloatArray) -> SingleArray:
+    """Return (p + 1, n, m): derivatives of the grey levels by the parameters, and the residuals."""
+    single = state.astype(np.float32)
+    blur, ink = single[:, BLUR, None], single[:, INK, None]
+    terms = edges.terms[: state.shape[1] - LIGHT]
+    rows = np.empty((state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
+    # in place from here on, as time goes into memory
+    blurs = edges.distance / blur
+    blurs[0] += _combined(single[:, :BLUR] / blur, edges.by_shift)
+    covered, density = normal_distribution(blurs)
+    for other in covered[1:]:
+        covered[0] += other
+    blurs, covered, by_distance = blurs[0], covered[0], density[0]
+    light = _combined(single[:, LIGHT:], terms)
+    light *= edges.weight
+    by_distance *= light
+    by_distance *= (ink - 1.0) / blur
+    np.multiply(edges.by_shift, by_distance, out=rows[:BLUR])
+    blurs *= by_distance
+    np.negative(blurs, out=rows[BLUR])
+    np.multiply(light, covered, out=rows[INK])
+    covered *= ink - 1.0
+    covered += 1.0
+    covered *= edges.weight
+    np.multiply(terms, covered, out=rows[LIGHT:-1])
+    light *= covered
+    np.subtract(edges.grey, light, out=rows[-1])
+    return rows
+
+
+def _combined(factors: SingleArray, terms: SingleArray) -> SingleArray:
+    """Return the (n, m) sums of (k, n, m) terms with (n, k) factors."""
+    return np.asarray(np.matmul(factors[:, None], terms.swapaxes(0, 1))[:, 0])
