@@ -17,6 +17,7 @@ from handeye_cli.conventions import Setup
 from handeye_cli.documents.covariances import covariance_from_data
 from handeye_cli.documents.place import Place
 from handeye_cli.errors import InputError, UsageError, did_you_mean
+from handeye_cli.estimation import choose_pairs
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.loop import isotropic_covariance
 from handeye_cli.leave_one_out import leave_one_out as check_each
@@ -29,7 +30,7 @@ from handeye_cli.records import (
     UncertainPose,
     Verification,
 )
-from handeye_cli.solve import choose_pairs, solve
+from handeye_cli.solve import solve
 from handeye_cli.solvers import Problem
 from handeye_cli.verify import verify, verify_calibration
 

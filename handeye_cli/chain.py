@@ -50,20 +50,25 @@ class Chain:
         )
 
 
-def chain_of(stations: Stations) -> Chain:
+def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
     """Collect the stations with a target pose.
 
+    Args:
+        stations: The document.
+        fewest: How many there have to be; three is the minimum of the paper's lemmas VII and IX.
+
     Raises:
-        UndeterminedError: Fewer than three, the minimum of the paper's lemmas VII and IX.
+        UndeterminedError: There are fewer.
     """
     usable = [
         (i, station.base_T_gripper, station.camera_T_target)
         for i, station in enumerate(stations.stations)
         if station.camera_T_target is not None
     ]
-    if len(usable) < MIN_STATIONS:
+    if len(usable) < fewest:
+        plural = "stations" if fewest > 1 else "station"
         raise UndeterminedError(
-            f"expected at least {MIN_STATIONS} stations with a target pose, found {len(usable)} "
+            f"expected at least {fewest} {plural} with a target pose, found {len(usable)} "
             f"of {len(stations.stations)}",
             hint="record more stations; 'handeye extract' lists why images were not used",
         )

@@ -11,13 +11,14 @@ import numpy as np
 from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.errors import ConvergenceError, HandeyeError, InputError, UndeterminedError
+from handeye_cli.estimation import choose_pairs
 from handeye_cli.geometry import se3
 from handeye_cli.held_out import held_out_errors
 from handeye_cli.leave_one_out import leave_out
 from handeye_cli.motion_check import check_motions
 from handeye_cli.part_calibration import usable_chain
 from handeye_cli.records import Calibration, Comparison, FloatArray, IntArray, Stations
-from handeye_cli.solve import choose_pairs, solve
+from handeye_cli.solve import solve
 from handeye_cli.solvers import Problem, Solution
 from handeye_cli.solvers.station_mean import mean_target
 

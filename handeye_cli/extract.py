@@ -133,7 +133,7 @@ class _Look:
 
 
 def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None) -> _Look:
-    station = Station(recorded.name, recorded.base_T_gripper)
+    station = Station(recorded.name, recorded.base_T_gripper, written=recorded.written)
     try:
         grey = recorded.image.load()
     except InputError as error:
@@ -147,7 +147,7 @@ def _look(recorded: RecordedStation, board: targets.Board, camera: Camera | None
     if seen.reason is not None:
         return _Look(_without(station, _with_fault(seen.reason, grey)), size)
     observation = Observation(seen.ids, seen.pixels, seen.sigma_px)
-    return _Look(Station(recorded.name, recorded.base_T_gripper, observation), size, seen)
+    return _Look(replace(station, observation=observation), size, seen)
 
 
 def _with_fault(reason: str, grey: GreyImage) -> str:
@@ -181,7 +181,7 @@ def _unused(stations: Sequence[Station]) -> tuple[Finding, ...]:
 
 
 def _without(station: Station, reason: str) -> Station:
-    return Station(station.name, station.base_T_gripper, reason=reason)
+    return replace(station, observation=None, reason=reason)
 
 
 def _wrong_size(grey: GreyImage, camera: Camera | None) -> str | None:

@@ -105,16 +105,22 @@ def _calibrated(
 ) -> tuple[Features, Camera, Finding]:
     """Return intrinsics from the images, and the features as these intrinsics see them."""
     camera, finding = intrinsics.calibrate_intrinsics(features, views)
-    recentred = _recentred(features, board, camera)
-    if recentred is not features:
-        views = views_of(recentred.stations, board.points())
-        camera, finding = intrinsics.calibrate_intrinsics(recentred, views)
-        recentred = _recentred(features, board, camera)
-    return recentred, camera, finding
+    moved = recentred(features, board, camera)
+    if moved is not features:
+        views = views_of(moved.stations, board.points())
+        camera, finding = intrinsics.calibrate_intrinsics(moved, views)
+        moved = recentred(features, board, camera)
+    return moved, camera, finding
 
 
-def _recentred(features: Features, board: targets.Board, camera: Camera) -> Features:
-    """Return the features with the points where another camera has them."""
+def recentred(features: Features, board: targets.Board, camera: Camera) -> Features:
+    """Return the features with the points where another camera has them.
+
+    Args:
+        features: Points as the features' own camera, if there is one, saw them.
+        board: Their target.
+        camera: The other camera.
+    """
     stations = tuple(
         _with_points(station, board, features.camera, camera) for station in features.stations
     )

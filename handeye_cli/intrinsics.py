@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from handeye_cli.errors import ConvergenceError, InputError, UndeterminedError
+from handeye_cli.finding_codes import INTRINSICS_DOUBTFUL
 from handeye_cli.geometry import bundle, pnp
 from handeye_cli.geometry.camera import Lens
 from handeye_cli.records import Camera, Features, Finding
@@ -74,7 +75,7 @@ def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | N
     if not result.converged or left > _DOUBT * sigma:
         return None
     return Finding(
-        "intrinsics-doubtful",
+        INTRINSICS_DOUBTFUL,
         "warning",
         f"the given intrinsics leave a residual of {sigma:.2f} px, intrinsics calibrated from the "
         f"same images {left:.2f} px",

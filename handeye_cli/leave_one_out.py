@@ -24,6 +24,7 @@ from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import UndeterminedError
+from handeye_cli.estimation import choose_pairs, estimate
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.held_out import (
     SIGNIFICANCE,
@@ -44,7 +45,6 @@ from handeye_cli.part_calibration import (
 )
 from handeye_cli.records import Finding, FloatArray, Protocol, Stations, Verification
 from handeye_cli.seen_through import chain_through
-from handeye_cli.solve import choose_pairs, estimate
 from handeye_cli.solvers.problem import Solution
 from handeye_cli.verification_row import row_of
 

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from handeye_cli.chain import Chain
+from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.conventions import Setup
+from handeye_cli.diagnosis.undetermined import explain, free_directions
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry import statistics
+from handeye_cli.geometry.free_directions import Freedom
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.observability import (
     MotionSpread,
     ScrewScale,
     motion_spread,
-    nearest_axis,
     screw_scale,
 )
-from handeye_cli.records import FloatArray, IntArray, PredictedError
+from handeye_cli.records import FloatArray, IntArray, Noise, PredictedError
 from handeye_cli.solvers.motions import interstation_motions
 from handeye_cli.solvers.problem import Solution
 
@@ -40,6 +41,46 @@ _SCALE_SIGNIFICANCE = 8.0
 """Factor by which a ratio of lengths must exceed its scatter: pairs share stations and noise."""
 _LARGEST_SIGMA = 0.35
 """A rotation less certain than this (radians) is not determined."""
+_WAY_OUT = "'handeye solve --partial' gives what is determined"
+
+
+def check_count(chain: Chain, setup: Setup, recorded: int) -> None:
+    """Check that there are stations enough, the minimum of the paper's lemmas VII and IX.
+
+    Args:
+        chain: One usable station or more.
+        setup: Names the frame of the mount.
+        recorded: How many stations there are, usable or not.
+
+    Raises:
+        UndeterminedError: There are one or two; it names what they leave open.
+    """
+    if len(chain.A) < MIN_STATIONS:
+        raise UndeterminedError(
+            f"expected at least {MIN_STATIONS} stations with a target pose, found {len(chain.A)} "
+            f"of {recorded}: {explain(free_directions(chain), setup)}",
+            hint="record more stations; 'handeye extract' lists why images were not used. "
+            f"{_WAY_OUT}",
+        )
+
+
+def check_freedom(chain: Chain, given: Noise | None, setup: Setup) -> None:
+    """Check that nothing of the answer is free, for stations on which an estimation has failed.
+
+    Args:
+        chain: The stations.
+        given: Noise levels that are taken as given.
+        setup: Names the frame of the mount.
+
+    Raises:
+        UndeterminedError: Something is free; it is named.
+    """
+    free = free_directions(chain, given)
+    if any(free.counts):
+        raise UndeterminedError(
+            f"expected motions that exceed their noise, found too little: {explain(free, setup)}",
+            hint=f"add stations turned about two different axes, by 20 deg or more; {_WAY_OUT}",
+        )
 
 
 def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
@@ -57,7 +98,6 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
     motions = interstation_motions(chain.A, chain.B, pairs)
     spread = motion_spread(*motions)
     noise = _SIGNIFICANCE * spread.mismatch
-    frame = setup.mount
     if spread.median_mismatch > _CONTRADICTION:
         raise UndeterminedError(
             "expected the camera to turn by the same angles as the robot, found a median "
@@ -66,19 +106,18 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
             "quaternion order (--quaternion-order)",
         )
     if spread.largest_angle <= noise:
+        free = free_directions(chain, least=(0, 3))
         raise UndeterminedError(
             "expected stations that differ in rotation, found a largest interstation angle of "
             f"{np.degrees(spread.largest_angle):.2g} deg at a noise of "
-            f"{np.degrees(spread.mismatch):.2g} deg: the translation of {setup.answer} and its "
-            "rotation are not determined",
-            hint="add stations turned about two different axes, by 20 deg or more",
+            f"{np.degrees(spread.mismatch):.2g} deg: {explain(free, setup)}",
+            hint=f"add stations turned about two different axes, by 20 deg or more; {_WAY_OUT}",
         )
     if spread.second_axis <= noise:
+        free = free_directions(chain, least=(0, 1))
         raise UndeterminedError(
-            f"expected rotations about two different axes, found only one: "
-            f"{_axis_text(spread.main_axis, frame)}. The rotation of {setup.answer} about it and "
-            "the translation along it are not determined",
-            hint="add stations turned about another axis, by 20 deg or more",
+            f"expected rotations about two different axes, found only one: {explain(free, setup)}",
+            hint=f"add stations turned about another axis, by 20 deg or more; {_WAY_OUT}",
         )
     scale = screw_scale(*motions)
     # Of motions without a translation along their axes, as on a circle, noise is all there is.
@@ -104,13 +143,6 @@ def _check_scale(scale: ScrewScale) -> None:
         f"expected the robot's motions to be as long as the camera's along their axes, {found}",
         hint=hint,
     )
-
-
-def _axis_text(axis: FloatArray, frame: str) -> str:
-    x, y, z = axis
-    near = nearest_axis(axis)
-    name = f", the {frame}'s {near} axis" if near else ""
-    return f"({x:.2f}, {y:.2f}, {z:.2f}) in the {frame} frame{name}"
 
 
 def check_agreement(chain: Chain, solution: Solution) -> None:
@@ -156,7 +188,13 @@ def check_distances(solution: Solution, setup: Setup) -> None:
 
 
 def check_certainty(
-    error: PredictedError, covariance: FloatArray, spread: MotionSpread, setup: Setup
+    error: PredictedError,
+    covariance: FloatArray,
+    spread: MotionSpread,
+    setup: Setup,
+    *,
+    chain: Chain | None = None,
+    given: Noise | None = None,
 ) -> None:
     """Check that the predicted error leaves something of the answer.
 
@@ -168,6 +206,9 @@ def check_certainty(
         covariance: (N, 12, 12) of the stations' poses.
         spread: What `check_motions` measured.
         setup: Names the frame of the mount.
+        chain: The stations, which tell whether translations across the main axis settle the
+            rotation about it; without them it counts as open.
+        given: Noise levels that are taken as given.
 
     Raises:
         UndeterminedError: The noise hides an axis.
@@ -175,12 +216,14 @@ def check_certainty(
     variance = np.einsum("nii->ni", covariance)[:, [3, 4, 5, 9, 10, 11]]
     motion_noise = float(np.sqrt(2.0 * np.mean(np.sum(variance, axis=1)) / 3.0))
     hidden = spread.second_axis <= _HIDDEN * motion_noise
-    if hidden or error.rotation > _LARGEST_SIGMA:
-        raise UndeterminedError(
-            f"the rotation of {setup.answer} is not determined: across the main axis "
-            f"{_axis_text(spread.main_axis, setup.mount)} the stations turn by "
-            f"{np.degrees(spread.second_axis):.2g} deg only, at a noise of "
-            f"{np.degrees(motion_noise):.2g} deg, which leaves a predicted error of "
-            f"{np.degrees(error.rotation):.2g} deg",
-            hint="add stations turned about another axis, by 20 deg or more",
-        )
+    if not hidden and error.rotation <= _LARGEST_SIGMA:
+        return
+    free = Freedom(spread.main_axis[None], spread.main_axis[None])
+    if chain is not None:
+        free = free_directions(chain, given, least=(0, 1))
+    raise UndeterminedError(
+        "expected rotations about two different axes, found that across the main one the stations "
+        f"turn by {np.degrees(spread.second_axis):.2g} deg only, at a noise of "
+        f"{np.degrees(motion_noise):.2g} deg: {explain(free, setup)}",
+        hint=f"add stations turned about another axis, by 20 deg or more; {_WAY_OUT}",
+    )

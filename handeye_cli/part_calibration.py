@@ -9,13 +9,13 @@ import numpy as np
 from handeye_cli.chain import Chain, chain_of
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.estimates import Estimate
+from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.motion_check import check_motions
 from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.predict import noise_freedom, solution_covariance
 from handeye_cli.records import Camera, FloatArray, Noise, Stations
 from handeye_cli.seen_through import chain_through
-from handeye_cli.solve import best_estimate, choose_pairs
 from handeye_cli.solvers.problem import Solution
 from handeye_cli.solvers.station_mean import mean_influence, mean_target
 

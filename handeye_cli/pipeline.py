@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from handeye_cli.conventions import MM, MRAD, Setup
-from handeye_cli.errors import InputError, QualityGateError, UsageError
+from handeye_cli.errors import InputError, QualityGateError, UndeterminedError, UsageError
 from handeye_cli.records import (
     Calibration,
     Features,
     Finding,
     FloatArray,
+    Inspection,
     Plan,
     Recording,
     Stations,
@@ -121,7 +122,13 @@ def _handed_on(record: Handed) -> Handed:
 
 
 def to_calibration(
-    record: Any, steps: Steps, *, method: str, pairs: str, compare: bool = False
+    record: Any,
+    steps: Steps,
+    *,
+    method: str,
+    pairs: str,
+    compare: bool = False,
+    partial: bool = False,
 ) -> Calibration:
     """Return where the camera sits, from any record up to the stations.
 
@@ -131,11 +138,18 @@ def to_calibration(
         method: A row of the table of solvers.
         pairs: `star` or `all`.
         compare: Whether all other methods are listed beside it.
+        partial: Whether the determined part will do where not all is determined.
 
     Raises:
         InputError: The record is of a later stage.
-        UsageError: The method or the pairs are unknown.
+        UsageError: The method or the pairs are unknown, or partial answers are to be compared.
     """
+    if compare and partial:
+        raise UsageError("expected --compare or --partial, found both")
+    if partial:
+        from handeye_cli.solve_determined import solve_determined
+
+        return solve_determined(_ready_stations(record, steps), method=method, pairs=pairs)
     if compare:
         from handeye_cli import compare as comparison
 
@@ -143,6 +157,39 @@ def to_calibration(
     from handeye_cli.solve import solve
 
     return solve(_ready_stations(record, steps), method=method, pairs=pairs)
+
+
+def to_inspection(record: Any, steps: Steps) -> Inspection:
+    """Return what is right and what is wrong with the data of any record up to the stations.
+
+    Raises:
+        InputError: The record is of a later stage.
+    """
+    from handeye_cli.inspection import inspect
+
+    expect(record, Recording, Features, Stations)
+    if isinstance(record, Recording):
+        record = _handed_on(to_features(record, steps))
+    sigma = _detector_sigma(record) if isinstance(record, Features) else None
+    return inspect(_ready_stations(record, steps), sigma)
+
+
+def _detector_sigma(features: Features) -> float | None:
+    """Return the RMS of the standard deviations that the detector gave, pixels."""
+    seen = (each.observation for each in features.stations)
+    sigmas = [each.sigma_px for each in seen if each is not None and each.sigma_px is not None]
+    return float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else None
+
+
+def require_meaning(inspection: Inspection) -> None:
+    """Check that an answer from inspected data would mean something.
+
+    Raises:
+        UndeterminedError: It would not.
+    """
+    errors = [finding.message for finding in inspection.errors]
+    if errors:
+        raise UndeterminedError("; ".join(errors), hint=inspection.errors[0].advice or None)
 
 
 def to_verification(

@@ -2,80 +2,142 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from handeye_cli import solvers
 from handeye_cli.advice import advise
 from handeye_cli.chain import Chain, chain_of, has_pixels
-from handeye_cli.errors import ConvergenceError, UsageError
+from handeye_cli.diagnosis.bad_stations import effect_of
+from handeye_cli.diagnosis.systematic import Systematic, systematic_errors
+from handeye_cli.errors import ConvergenceError, UndeterminedError
 from handeye_cli.estimates import Estimate
-from handeye_cli.geometry import star
-from handeye_cli.geometry.loop import loop_jacobians
-from handeye_cli.motion_check import (
-    check_agreement,
-    check_certainty,
-    check_distances,
-    check_motions,
-)
-from handeye_cli.noise_levels import NoiseModel, noise_model
+from handeye_cli.estimation import best_estimate, choose_pairs, estimate
+from handeye_cli.examination import Examined, examine, require_sound
+from handeye_cli.motion_check import check_certainty, check_count, check_freedom, check_motions
 from handeye_cli.predict import noise_freedom, paper_prediction, predicted_error
 from handeye_cli.records import (
     Calibration,
-    FloatArray,
     IntArray,
     Noise,
     PredictedError,
-    StationResidual,
     Stations,
     UncertainPose,
 )
-from handeye_cli.solvers import Problem, Solution
+from handeye_cli.residual_table import residual_table
 
-PAIRS = {"star": star.star_pairs, "all": star.all_pairs}
-"""Ways to choose interstation pairs."""
-_FROM_PIXELS = "maximum-likelihood"
-"""The method that goes back to the pixels where there are any."""
-_ROUNDS = 30
-_SETTLED = 1e-3
-"""Change of the noise, in its own standard deviations, at which noise and answer agree."""
+if TYPE_CHECKING:
+    from handeye_cli.diagnosis.plate_shape import PlateShape
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A calibration with what it was made from.
+
+    Attributes:
+        calibration: The calibration.
+        examined: What was found out about the stations; the chain in it is that of the good ones.
+        estimate: What its error consists of.
+        shape: What the pixels say of the plate and the lens, where there are pixels.
+    """
+
+    calibration: Calibration
+    examined: Examined
+    estimate: Estimate
+    shape: PlateShape | None
 
 
 def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Calibration:
     """Compute where the camera sits, and how sure that is.
 
     Args:
-        stations: Robot and target poses; stations without a target pose are left out.
+        stations: Robot and target poses; stations without a target pose, and those that all others
+            contradict, are left out.
         method: A row of the table of solvers.
         pairs: `star` for the paper's star drawing or `all`; used by the closed forms.
 
     Raises:
         UsageError: Unknown method or pairs.
-        UndeterminedError: Fewer than three stations, rotations about one axis only, or stations
-            that contradict each other.
+        UndeterminedError: Fewer than three stations, rotations about one axis only, stations that
+            contradict each other, or what was declared of them.
         ConvergenceError: The estimation did not settle.
     """
-    chain = chain_of(stations)
+    return answer(stations, method=method, pairs=pairs).calibration
+
+
+def answer(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Answer:
+    """Compute the calibration and keep what it was made from; see `solve`."""
+    setup = stations.setup
+    everybody = chain_of(stations, fewest=1)
+    check_count(everybody, setup, len(stations.stations))
+    examined = examine(stations, everybody)
+    require_sound(examined)
+    chain = examined.chain
     chosen = choose_pairs(pairs, len(chain.A))
-    spread = check_motions(chain, chosen, stations.setup)
-    found = best_estimate(chain, chosen, stations, method)
+    spread = check_motions(chain, chosen, setup)
+    found = _estimate(chain, chosen, stations, method)
+    shape = _shape(stations, chain)
+    if shape is not None:
+        # what is bent moves the target's poses alike, whatever the answer rests on
+        bent = shape.answer_covariance(chain, found.influence)
+        found = replace(found, shared=found.shared + bent)
     paper = paper_prediction(chain, chosen, found.model.covariance)
     error = predicted_error(found.influence, found.model, paper, found.shared)
-    check_certainty(error, found.model.covariance, spread, stations.setup)
-    return _calibration(stations, chain, chosen, found, method=method, error=error)
+    check_certainty(error, found.model.covariance, spread, setup, chain=chain, given=stations.noise)
+    calibration = _calibration(stations, examined, chosen, found, method=method, error=error)
+    calibration = _with_effect(calibration, stations, examined, pairs)
+    return _judged(Answer(calibration, examined, found, shape), stations)
+
+
+def _estimate(chain: Chain, chosen: IntArray, stations: Stations, method: str) -> Estimate:
+    """Return the best estimate, or say what is free where there is none."""
+    try:
+        return best_estimate(chain, chosen, stations, method)
+    except ConvergenceError:
+        check_freedom(chain, stations.noise, stations.setup)
+        raise
+
+
+def _judged(found: Answer, stations: Stations) -> Answer:
+    """Return the answer with all that is said of its data, its prediction widened by it."""
+    examined, shape, chain = found.examined, found.shape, found.examined.chain
+    if shape is not None:
+        from handeye_cli.pixel_data import with_intrinsics
+
+        chain = shape.beside(with_intrinsics(stations, chain))
+    systematic = systematic_errors(found.estimate, chain, stations.noise, stations.setup)
+    diagnosis = (
+        *stations.findings,
+        *examined.findings,
+        *found.estimate.findings,
+        *(shape.findings if shape else ()),
+        *systematic.findings,
+    )
+    calibration = replace(_widened(found.calibration, systematic), diagnosis=diagnosis)
+    return replace(found, calibration=calibration)
+
+
+def _shape(stations: Stations, chain: Chain) -> PlateShape | None:
+    if not has_pixels(stations, chain):
+        return None
+    from handeye_cli.diagnosis.plate_shape import plate_shape
+
+    return plate_shape(stations)
 
 
 def _calibration(
     stations: Stations,
-    chain: Chain,
+    examined: Examined,
     chosen: IntArray,
     found: Estimate,
     *,
     method: str,
     error: PredictedError,
 ) -> Calibration:
-    solution, model, covariance = found.solution, found.model, found.covariance
+    solution, model, chain = found.solution, found.model, examined.chain
+    covariance = found.covariance
     factors, improvements = advise(
         stations, chain, chosen, method=method, solution=solution, model=model, error=error
     )
@@ -87,16 +149,59 @@ def _calibration(
         predicted_error=error,
         noise=_with_pixel_noise(model.noise, stations),
         noise_estimated=len(model.shapes) > 0,
-        stations=_residual_table(stations, chain, found.residuals),
+        stations=residual_table(stations, examined, found.residuals),
         pairs=tuple((int(chain.index[i]), int(chain.index[j])) for i, j in chosen),
         factors=factors,
         improvements=improvements,
-        diagnosis=(*stations.findings, *found.findings),
         camera=found.camera,
         provenance=stations.provenance,
         covariance_between=covariance[:6, 6:],
         noise_freedom=noise_freedom(chain, solution, model) if model.shapes.size else None,
     )
+
+
+def _widened(calibration: Calibration, systematic: Systematic) -> Calibration:
+    """Return the calibration with what systematic errors add to its own; the paper knows none."""
+    X, Z, between = (
+        calibration.mount_T_camera,
+        calibration.reference_T_target,
+        calibration.covariance_between,
+    )
+    if systematic.widening == 1.0 or between is None:
+        return calibration
+    joint = systematic.widened(np.block([[X.covariance, between], [between.T, Z.covariance]]))
+    error = calibration.predicted_error
+    return replace(
+        calibration,
+        mount_T_camera=replace(X, covariance=joint[:6, :6]),
+        reference_T_target=replace(Z, covariance=joint[6:, 6:]),
+        covariance_between=joint[:6, 6:],
+        predicted_error=replace(
+            error,
+            rotation=systematic.rotation * error.rotation,
+            translation=systematic.translation * error.translation,
+            rotation_95=systematic.rotation * error.rotation_95,
+            translation_95=systematic.translation * error.translation_95,
+        ),
+    )
+
+
+def _with_effect(
+    calibration: Calibration, stations: Stations, examined: Examined, pairs: str
+) -> Calibration:
+    """Return the calibration with how far the answer on all stations is from it."""
+    if not examined.reasons:
+        return calibration
+    names = tuple(stations.stations[index].name for index in sorted(examined.reasons))
+    everybody = examined.everybody
+    try:
+        _, solution, _ = estimate(
+            everybody, choose_pairs(pairs, len(everybody.A)), stations, calibration.method
+        )
+    except (UndeterminedError, ConvergenceError):
+        return calibration
+    effect = effect_of(names, solution.X, calibration.mount_T_camera.matrix)
+    return replace(calibration, without=effect)
 
 
 def _with_pixel_noise(noise: Noise, stations: Stations) -> Noise:
@@ -106,121 +211,3 @@ def _with_pixel_noise(noise: Noise, stations: Stations) -> Noise:
     if noise.pixel is not None or not sigmas:
         return noise
     return replace(noise, pixel=float(np.sqrt(np.mean(np.square(sigmas)))))
-
-
-def choose_pairs(name: str, count: int) -> IntArray:
-    """Return the (m, 2) interstation pairs of `count` stations.
-
-    Raises:
-        UsageError: There is no such way to choose them.
-    """
-    if name not in PAIRS:
-        raise UsageError(f"expected --pairs {' or '.join(PAIRS)}, found {name!r}")
-    return PAIRS[name](count)
-
-
-def best_estimate(chain: Chain, pairs: IntArray, stations: Stations, method: str) -> Estimate:
-    """Estimate the answer from all that a document holds on a chain's stations.
-
-    Maximum likelihood goes back to the pixels where there are any. Where the intrinsics come with a
-    covariance as well, their error is part of the estimate's, by every method.
-
-    Args:
-        chain: The stations to use.
-        pairs: (m, 2) their interstation pairs.
-        stations: The document they are from.
-        method: A row of the table of solvers.
-
-    Raises:
-        UsageError: Unknown method.
-        UndeterminedError: The stations contradict each other.
-        InputError: Pixels have no place on the target, or are not those of the station's pose.
-        ConvergenceError: The estimation, the noise, or both together did not settle.
-    """
-    from_pixels = has_pixels(stations, chain)
-    if from_pixels:
-        from handeye_cli.pixel_data import with_intrinsics
-
-        chain = with_intrinsics(stations, chain)
-    problem, solution, model = estimate(chain, pairs, stations, method)
-    if from_pixels and method == _FROM_PIXELS:
-        from handeye_cli import joint
-
-        return joint.refine(stations, chain, solution, model)
-    influence = solvers.load(method).influence(problem, solution)
-    return _by_poses(chain, stations, solution, model, influence)
-
-
-def _by_poses(
-    chain: Chain,
-    stations: Stations,
-    solution: Solution,
-    model: NoiseModel,
-    influence: FloatArray,
-) -> Estimate:
-    with_intrinsics = np.einsum("nij,njk->ik", influence[..., 6:], chain.by_intrinsics)
-    return Estimate(
-        solution=solution,
-        residuals=loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals,
-        model=model,
-        influence=influence,
-        with_intrinsics=with_intrinsics,
-        shared=with_intrinsics @ with_intrinsics.T,
-        camera=stations.camera,
-    )
-
-
-def estimate(
-    chain: Chain, pairs: IntArray, stations: Stations, method: str
-) -> tuple[Problem, Solution, NoiseModel]:
-    """Solve and estimate the noise in turns until both agree.
-
-    A closed form does not depend on the noise and settles at once.
-
-    Args:
-        chain: The stations to use.
-        pairs: (m, 2) their interstation pairs.
-        stations: The document they are from, for its setup and its given noise.
-        method: A row of the table of solvers.
-
-    Raises:
-        UsageError: Unknown method.
-        UndeterminedError: The stations contradict each other.
-        ConvergenceError: The solver, the noise, or both together did not settle.
-    """
-    solver, start = solvers.load(method), solvers.load("tsai-lenz")
-    covariance = np.broadcast_to(np.eye(12), (len(chain.A), 12, 12))
-    solution = start.solve(Problem(chain.A, chain.B, pairs, covariance))
-    check_distances(solution, stations.setup)
-    check_agreement(chain, solution)
-    model = noise_model(chain, stations.noise, solution)
-    for _ in range(_ROUNDS):
-        problem = Problem(chain.A, chain.B, pairs, model.covariance)
-        solution = solver.solve(problem)
-        if not solution.converged:
-            raise ConvergenceError(
-                f"the {method} estimation did not converge on {len(chain.A)} stations",
-                hint="try --method tsai-lenz, and look at the residuals of the stations",
-            )
-        previous, model = model, noise_model(chain, stations.noise, solution, model.noise)
-        change = model.variances - previous.variances
-        if change @ model.information @ change <= _SETTLED**2:
-            return problem, solution, model
-    raise ConvergenceError(
-        f"the noise levels did not settle in {_ROUNDS} rounds on {len(chain.A)} stations",
-        hint="give them under 'noise' in the document",
-    )
-
-
-def _residual_table(
-    stations: Stations, chain: Chain, residuals: FloatArray
-) -> tuple[StationResidual, ...]:
-    rotation = np.linalg.norm(residuals[:, 3:], axis=1)
-    translation = np.linalg.norm(residuals[:, :3], axis=1)
-    rows = {int(index): row for row, index in enumerate(chain.index)}
-    return tuple(
-        StationResidual(station.name, True, float(rotation[rows[i]]), float(translation[rows[i]]))
-        if i in rows
-        else StationResidual(station.name, False, reason=station.reason)
-        for i, station in enumerate(stations.stations)
-    )

@@ -25,6 +25,7 @@ from scenes import (
 from handeye_cli import advice, solvers, targets
 from handeye_cli.chain import chain_of
 from handeye_cli.conventions import Setup
+from handeye_cli.estimation import estimate
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.star import star_pairs
@@ -41,7 +42,7 @@ from handeye_cli.records import (
     UncertainPose,
 )
 from handeye_cli.sight import sight_of
-from handeye_cli.solve import estimate, solve
+from handeye_cli.solve import solve
 from handeye_cli.solvers import Problem
 from handeye_cli.what_if import circle, more_tilted, nearer
 

@@ -17,6 +17,7 @@ from handeye_cli.chain import chain_of
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import ConvergenceError, InputError
 from handeye_cli.estimates import Estimate
+from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import bundle, joint_bundle, pnp, se3
 from handeye_cli.geometry.loop import loop_jacobians
@@ -32,7 +33,7 @@ from handeye_cli.records import (
     TargetSpec,
     UncertainPose,
 )
-from handeye_cli.solve import best_estimate, choose_pairs, solve
+from handeye_cli.solve import solve
 from handeye_cli.views import views_of
 
 BOARD = TargetSpec("chessboard", {"rows": 5, "columns": 7, "square_mm": 40.0})

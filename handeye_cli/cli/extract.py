@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_input
 from handeye_cli.cli.options import Mcap, Output, Pictures, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.pictures import draw_pictures, prepare_folder
@@ -15,7 +15,15 @@ EXAMPLES = (
 )
 
 
-def extract(*, source: Source, mcap: Mcap, work: Work, output: Output, pictures: Pictures) -> None:
+def extract(
+    *,
+    source: Source,
+    mcap: Mcap,
+    camera_file: CameraFile,
+    work: Work,
+    output: Output,
+    pictures: Pictures,
+) -> None:
     """Find the calibration target's points in the pictures of a recording.
 
     Every station is kept: one whose picture does not show the target says why, and the robot's
@@ -25,10 +33,11 @@ def extract(*, source: Source, mcap: Mcap, work: Work, output: Output, pictures:
     from handeye_cli.records import Recording
 
     check_output(output)
-    opened = open_input(source, mcap)
+    inputs = open_inputs(source, mcap, camera_file)
+    opened = inputs[0]
     with opened.blamed(), steps(work, output) as how:
         pipeline.expect(opened.record, Recording)
         prepare_folder(pictures, output, opened.record)
         features = pipeline.to_features(opened.record, how)
         draw_pictures(pictures, output, opened.record, features, how)
-    finish("extract", features, output, [opened], given(source, mcap))
+    finish("extract", features, output, inputs, given(source, mcap, camera_file))

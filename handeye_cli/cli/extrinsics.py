@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_input
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
@@ -15,7 +15,13 @@ EXAMPLES = (
 
 
 def extrinsics(
-    *, source: Source, mcap: Mcap, intrinsics: Intrinsics, work: Work, output: Output
+    *,
+    source: Source,
+    mcap: Mcap,
+    camera_file: CameraFile,
+    intrinsics: Intrinsics,
+    work: Work,
+    output: Output,
 ) -> None:
     """Compute the pose of the target in the camera at every station, with its covariance.
 
@@ -26,8 +32,9 @@ def extrinsics(
     from handeye_cli.records import Features, Recording
 
     check_output(output)
-    opened = open_input(source, mcap)
+    inputs = open_inputs(source, mcap, camera_file)
+    opened = inputs[0]
     with opened.blamed(), steps(work, output, intrinsics) as how:
         pipeline.expect(opened.record, Recording, Features)
         stations = pipeline.to_stations(opened.record, how)
-    finish("extrinsics", stations, output, [opened], given(source, mcap, intrinsics))
+    finish("extrinsics", stations, output, inputs, given(source, mcap, camera_file, intrinsics))

@@ -15,6 +15,7 @@ from handeye_cli.conventions import parse_duration
 from handeye_cli.errors import ConvergenceError, InputError, UndeterminedError, UsageError
 
 if TYPE_CHECKING:
+    from handeye_cli.recording import McapOptions
     from handeye_cli.records import TargetSpec
 
 # Readers are imported where they are called: `--help` waits for none of them.
@@ -45,8 +46,13 @@ class Opened:
             raise
 
 
-def open_input(source: Source, mcap: Mcap) -> Opened:
+def open_input(source: Source, mcap: Mcap, *, own_intrinsics: bool = False) -> Opened:
     """Read a command's input.
+
+    Args:
+        source: Flags about what is read.
+        mcap: Flags about what is taken from a robot's recording.
+        own_intrinsics: Whether the intrinsics come from a file of their own.
 
     Raises:
         InputError: It cannot be read or is not valid.
@@ -56,9 +62,36 @@ def open_input(source: Source, mcap: Mcap) -> Opened:
 
     target = None if source.target is None else _target(source.target)
     if recording.is_recording(source.source):
-        return _open_mcap(source, mcap, target)
+        return _open_mcap(source, mcap, target, own_intrinsics=own_intrinsics)
     _refuse(given(mcap), "an MCAP recording", source.source)
     return _open_document(source, target)
+
+
+def open_summary(
+    source: Source, mcap: Mcap, flags: dict[str, Any], *, own_intrinsics: bool = False
+) -> Opened | None:
+    """Look into a robot's recording; None for any other input.
+
+    Args:
+        source: Flags about what is read.
+        mcap: Flags about what is taken from the recording.
+        flags: All flags that were given.
+        own_intrinsics: Whether the intrinsics come from a file of their own.
+
+    Returns:
+        An inspection of what the recording holds, without stations.
+
+    Raises:
+        InputError: It cannot be read or is not valid.
+        UsageError: A flag cannot act on a recording.
+    """
+    from handeye_cli import recording
+
+    if not recording.is_recording(source.source):
+        return None
+    target = None if source.target is None else _target(source.target)
+    options = _mcap_options(source, mcap, target, own_intrinsics=own_intrinsics)
+    return Opened(recording.summarise(source.source, options, flags), _file(source.source))
 
 
 def _target(spec: str) -> TargetSpec:
@@ -99,7 +132,18 @@ def _open_document(source: Source, target: TargetSpec | None) -> Opened:
     return Opened(record, (read.name, read.sha256))
 
 
-def _open_mcap(source: Source, mcap: Mcap, target: TargetSpec | None) -> Opened:
+def _open_mcap(
+    source: Source, mcap: Mcap, target: TargetSpec | None, *, own_intrinsics: bool
+) -> Opened:
+    from handeye_cli import recording
+
+    options = _mcap_options(source, mcap, target, own_intrinsics=own_intrinsics)
+    return Opened(recording.read(source.source, options), _file(source.source))
+
+
+def _mcap_options(
+    source: Source, mcap: Mcap, target: TargetSpec | None, *, own_intrinsics: bool
+) -> McapOptions:
     from handeye_cli import recording
 
     conventions = Source(
@@ -110,7 +154,7 @@ def _open_mcap(source: Source, mcap: Mcap, target: TargetSpec | None) -> Opened:
         allow_outside=source.allow_outside,
     )
     _refuse(given(conventions), "a document", source.source)
-    options = recording.McapOptions(
+    return recording.McapOptions(
         setup=source.setup,
         target=target,
         image_topic=mcap.image_topic,
@@ -119,10 +163,19 @@ def _open_mcap(source: Source, mcap: Mcap, target: TargetSpec | None) -> Opened:
         base_frame=mcap.base_frame,
         gripper_frame=mcap.gripper_frame,
         time_offset_ns=0 if mcap.time_offset is None else parse_duration(mcap.time_offset),
+        own_intrinsics=own_intrinsics,
     )
-    record = recording.read(source.source, options)
-    with Path(source.source).open("rb") as file:
-        return Opened(record, (source.source, hashlib.file_digest(file, "sha256").hexdigest()))
+
+
+def _file(path: str) -> tuple[str, str]:
+    """Return the name of a recording, and the SHA-256 of its files one behind the other."""
+    from handeye_cli import recording
+
+    digest = hashlib.sha256()
+    for name in recording.files_of(path):
+        with Path(name).open("rb") as file:
+            hashlib.file_digest(file, lambda: digest)
+    return path, digest.hexdigest()
 
 
 def _refuse(flags: dict[str, Any], needed: str, name: str) -> None:

@@ -136,11 +136,18 @@ class Solver:
 
 @dataclass(frozen=True)
 class Methods:
-    """What is told of the methods that are not asked for the answer."""
+    """What is told besides the whole answer by the method that is asked for."""
 
     compare: Annotated[
         bool,
         _estimation("--compare", help="List all methods side by side, with their errors held out."),
+    ] = False
+    partial: Annotated[
+        bool,
+        _estimation(
+            "--partial",
+            help="Where not all is determined, as of a SCARA robot, answer what is.",
+        ),
     ] = False
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_input
 from handeye_cli.cli.options import Intrinsics, Mcap, Methods, Output, Solver, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
@@ -18,6 +18,7 @@ def solve(
     *,
     source: Source,
     mcap: Mcap,
+    camera_file: CameraFile,
     intrinsics: Intrinsics,
     solver: Solver,
     methods: Methods,
@@ -33,7 +34,8 @@ def solve(
 
     check_output(output)
     solvers.load(solver.method)
-    opened = open_input(source, mcap)
+    inputs = open_inputs(source, mcap, camera_file)
+    opened = inputs[0]
     with opened.blamed(), steps(work, output, intrinsics) as how:
         calibration = pipeline.to_calibration(
             opened.record,
@@ -41,5 +43,12 @@ def solve(
             method=solver.method,
             pairs=solver.pairs.value,
             compare=methods.compare,
+            partial=methods.partial,
         )
-    finish("solve", calibration, output, [opened], given(source, mcap, intrinsics, solver, methods))
+    finish(
+        "solve",
+        calibration,
+        output,
+        inputs,
+        given(source, mcap, camera_file, intrinsics, solver, methods),
+    )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_calibration, open_input
+from handeye_cli.cli.inputs import open_calibration
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
@@ -19,6 +20,7 @@ def verify(
     *,
     source: Source,
     mcap: Mcap,
+    camera_file: CameraFile,
     protocol: Protocol,
     intrinsics: Intrinsics,
     solver: Solver,
@@ -38,7 +40,8 @@ def verify(
     check_protocol(protocol)
     counts = station_counts(protocol)
     existing = open_calibration(protocol.calibration)
-    opened = open_input(source, mcap)
+    inputs = open_inputs(source, mcap, camera_file)
+    opened = inputs[0]
     with opened.blamed(), steps(work, output, intrinsics) as how:
         verification = pipeline.to_verification(
             opened.record,
@@ -50,8 +53,8 @@ def verify(
             leave_one_out=protocol.leave_one_out,
             target_moved=protocol.target_moved,
         )
-    flags = given(source, mcap, protocol, intrinsics, solver)
-    inputs = [opened] if existing is None else [opened, existing]
+    flags = given(source, mcap, camera_file, protocol, intrinsics, solver)
+    inputs += [] if existing is None else [existing]
     finish("verify", verification, output, inputs, flags)
     pipeline.check_limits(
         verification,

@@ -1,1 +1,1 @@
-"""What is wrong with the data, and what they do not determine: verdicts instead of wrong numbers."""
+"""What is wrong with the data, and what they leave open: verdicts instead of wrong numbers."""

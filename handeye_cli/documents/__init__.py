@@ -56,14 +56,7 @@ __all__ = [
 ]
 
 Record = (
-    Recording
-    | Features
-    | Stations
-    | Calibration
-    | Verification
-    | Inspection
-    | Plan
-    | Simulation
+    Recording | Features | Stations | Calibration | Verification | Inspection | Plan | Simulation
 )
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 

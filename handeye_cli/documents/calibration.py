@@ -16,11 +16,19 @@ from handeye_cli.documents.factors import (
     factors_from_data,
     improvements_from_data,
 )
+from handeye_cli.documents.free import data_from_free, free_from_data
 from handeye_cli.documents.poses import data_from_pose, pose_from_data
 from handeye_cli.documents.residuals import data_from_residuals, residuals_from_data
 from handeye_cli.documents.schema import header
+from handeye_cli.documents.units import from_milli, to_milli
 from handeye_cli.errors import InputError
-from handeye_cli.records import Calibration, FloatArray, Noise, UncertainPose
+from handeye_cli.records import (
+    Calibration,
+    FloatArray,
+    Noise,
+    UncertainPose,
+    WithoutBadStations,
+)
 
 
 def record_from_data(data: dict[str, Any], context: Context) -> Calibration:
@@ -50,6 +58,8 @@ def record_from_data(data: dict[str, Any], context: Context) -> Calibration:
         covariance_between=_between(data, answer, constant, context),
         noise_freedom=float(data["noise_freedom"]) if "noise_freedom" in data else None,
         comparison=comparison_from_data(data.get("comparison", [])),
+        without=_without_from_data(data.get("without")),
+        free=free_from_data(data.get("free", [])),
     )
 
 
@@ -62,12 +72,14 @@ def data_from_record(record: Calibration) -> dict[str, Any]:
             "method": record.method,
             record.setup.answer: data_from_pose(record.mount_T_camera),
             record.setup.constant: data_from_pose(record.reference_T_target),
+            "free": data_from_free(record.free),
             "covariance_between": data_from_covariance(record.covariance_between),
             "predicted_error": parts.data_from_predicted_error(record.predicted_error),
             "noise": parts.data_from_noise(record.noise),
             "noise_estimated": record.noise_estimated,
             "noise_freedom": record.noise_freedom,
             "stations": data_from_residuals(record.stations),
+            "without": _data_from_without(record.without),
             "pairs": parts.data_from_pairs(record.pairs),
             "factors": data_from_factors(record.factors),
             "improvements": data_from_improvements(record.improvements),
@@ -77,6 +89,26 @@ def data_from_record(record: Calibration) -> dict[str, Any]:
             "provenance": parts.data_from_provenance(record.provenance),
         }
     )
+
+
+def _without_from_data(data: dict[str, Any] | None) -> WithoutBadStations | None:
+    if data is None:
+        return None
+    return WithoutBadStations(
+        left_out=tuple(str(name) for name in data["stations"]),
+        rotation=from_milli(data["rotation_mrad"]),
+        translation=from_milli(data["translation_mm"]),
+    )
+
+
+def _data_from_without(effect: WithoutBadStations | None) -> dict[str, Any] | None:
+    if effect is None:
+        return None
+    return {
+        "stations": list(effect.left_out),
+        "rotation_mrad": to_milli(effect.rotation),
+        "translation_mm": to_milli(effect.translation),
+    }
 
 
 def _pose(data: dict[str, Any], key: str, context: Context) -> UncertainPose:

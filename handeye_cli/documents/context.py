@@ -42,16 +42,31 @@ class Context:
     Attributes:
         place: The document itself.
         folder: The folder its relative paths start from.
-        setup: Where the camera is fixed.
+        declared: Where the camera is fixed, or None where neither document nor flag says it.
         poses: How its poses are written.
         allow_outside: Whether images may lie outside `folder`.
     """
 
     place: Place
     folder: Path
-    setup: Setup
+    declared: Setup | None
     poses: PoseConventions
     allow_outside: bool = False
+
+    @property
+    def setup(self) -> Setup:
+        """Where the camera is fixed.
+
+        Raises:
+            InputError: Neither the document nor a flag says it.
+        """
+        if self.declared is None:
+            raise InputError(
+                "expected the key 'setup', found none",
+                where=self.place.file,
+                hint="say where the camera is with --setup eye-in-hand|eye-to-hand",
+            )
+        return self.declared
 
 
 def context_of(data: dict[str, Any], options: ReadOptions, label: str, folder: Path) -> Context:
@@ -62,17 +77,9 @@ def context_of(data: dict[str, Any], options: ReadOptions, label: str, folder: P
         options: The user's flags.
         label: Name of the document for error messages.
         folder: The folder its relative paths start from.
-
-    Raises:
-        InputError: Neither the document nor a flag says the setup.
     """
     setup = options.setup or data.get("setup")
-    if setup is None:
-        raise InputError(
-            "expected the key 'setup', found none",
-            where=label,
-            hint="say where the camera is with --setup eye-in-hand|eye-to-hand",
-        )
+    declared = None if setup is None else Setup(setup)
     conventions = PoseConventions(
         PoseUnits(options.pose_units or data.get("pose_units", PoseUnits.M)),
         QuaternionOrder(
@@ -80,4 +87,4 @@ def context_of(data: dict[str, Any], options: ReadOptions, label: str, folder: P
         ),
         RobotPoses(options.robot_poses or data.get("robot_poses", RobotPoses.GRIPPER_IN_BASE)),
     )
-    return Context(Place(label), folder, Setup(setup), conventions, options.allow_outside)
+    return Context(Place(label), folder, declared, conventions, options.allow_outside)

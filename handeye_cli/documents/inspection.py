@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from handeye_cli.documents import parts
 from handeye_cli.documents.context import Context
+from handeye_cli.documents.free import data_from_free, free_from_data
+from handeye_cli.documents.recording_summary import data_from_summary, summary_from_data
 from handeye_cli.documents.residuals import data_from_residuals, residuals_from_data
 from handeye_cli.documents.schema import header
 from handeye_cli.documents.units import from_milli, to_milli
 from handeye_cli.records.blame import BlameShares, SmoothResiduals
 from handeye_cli.records.hypotheses import HypothesisFit, LengthRatio
 from handeye_cli.records.inspection import Inspection
-from handeye_cli.records.partial import FreeDirection, PosePart
 
 _CAUSES = ("robot", "camera", "intrinsics", "plate", "timing")
 
@@ -25,11 +23,11 @@ def record_from_data(data: dict[str, Any], context: Context) -> Inspection:
     """Return the inspection of a document.
 
     Raises:
-        InputError: Two stations have the same name.
+        InputError: Two stations have the same name, or a camera's covariance is none.
     """
     ratio, error = data.get("length_ratio"), data.get("predicted_error")
     return Inspection(
-        setup=context.setup,
+        setup=context.declared,
         stations=residuals_from_data(data["stations"], context.place),
         diagnosis=parts.findings_from_data(data.get("diagnosis", [])),
         hypotheses=tuple(_hypothesis(item) for item in data.get("hypotheses", [])),
@@ -38,6 +36,7 @@ def record_from_data(data: dict[str, Any], context: Context) -> Inspection:
         predicted_error=parts.predicted_error_from_data(error) if error else None,
         surfaces=_surfaces(data.get("surfaces")),
         blame=_blame(data.get("blame")),
+        recording=summary_from_data(data.get("recording"), context.place),
         provenance=parts.provenance_from_data(data.get("provenance", [])),
     )
 
@@ -47,7 +46,7 @@ def data_from_record(record: Inspection) -> dict[str, Any]:
     return parts.without_unknown(
         {
             "schema": header("inspection"),
-            "setup": str(record.setup),
+            "setup": None if record.setup is None else str(record.setup),
             "diagnosis": parts.data_from_findings(record.diagnosis),
             "stations": data_from_residuals(record.stations),
             "hypotheses": [_data_from_hypothesis(each) for each in record.hypotheses] or None,
@@ -56,35 +55,10 @@ def data_from_record(record: Inspection) -> dict[str, Any]:
             "predicted_error": parts.data_from_predicted_error(record.predicted_error),
             "surfaces": _data_from_surfaces(record.surfaces),
             "blame": _data_from_blame(record.blame),
+            "recording": data_from_summary(record.recording),
             "provenance": parts.data_from_provenance(record.provenance),
         }
     )
-
-
-def free_from_data(data: list[dict[str, Any]]) -> tuple[FreeDirection, ...]:
-    """Return the directions of a `free:` list."""
-    return tuple(
-        FreeDirection(
-            part=PosePart(item["part"]),
-            direction=np.array(item["direction"], dtype=float),
-            frame=item["frame"],
-            words=item["words"],
-        )
-        for item in data
-    )
-
-
-def data_from_free(free: Sequence[FreeDirection]) -> list[dict[str, Any]] | None:
-    """Return free directions as a list, or None when there are none."""
-    return [
-        {
-            "part": str(each.part),
-            "direction": (each.direction + 0.0).tolist(),
-            "frame": each.frame,
-            "words": each.words,
-        }
-        for each in free
-    ] or None
 
 
 def _hypothesis(item: dict[str, Any]) -> HypothesisFit:
@@ -163,7 +137,7 @@ def _data_from_surfaces(seen: SmoothResiduals | None) -> dict[str, Any] | None:
 def _blame(data: dict[str, Any] | None) -> BlameShares | None:
     if data is None:
         return None
-    shares = {
+    shares: dict[str, Any] = {
         f"{cause}_{part}": float(data[cause][part])
         for cause in _CAUSES
         for part in data.get(cause, {})
@@ -173,12 +147,12 @@ def _blame(data: dict[str, Any] | None) -> BlameShares | None:
         translation=from_milli(data["translation_mm"]),
         limit=data["limit"],
         words=data.get("words", ""),
+        findings=parts.findings_from_data(data.get("findings", [])),
         **shares,
     )
 
 
 def _data_from_blame(blame: BlameShares | None) -> dict[str, Any] | None:
-    """Return the shares as a mapping; their findings stand in the diagnosis."""
     if blame is None:
         return None
     return parts.without_unknown(
@@ -188,6 +162,7 @@ def _data_from_blame(blame: BlameShares | None) -> dict[str, Any] | None:
             "rotation_mrad": to_milli(blame.rotation),
             "translation_mm": to_milli(blame.translation),
             **{cause: _shares(blame, cause) for cause in _CAUSES},
+            "findings": parts.data_from_findings(blame.findings),
         }
     )
 

@@ -79,7 +79,7 @@ def _require_same(
     if apart > _SAME:
         raise InputError(
             "expected the Euler angles that base_T_gripper was written with, found angles of a "
-            f"rotation {np.degrees(apart):.2g} deg away from it",
+            f"rotation {np.degrees(apart):.3g} deg away from it",
             where=str(place.key("euler")),
             hint="take 'written' out where the pose has been changed, and leave flags such as "
             "--quaternion-order to the command that reads the first document",

@@ -1,38 +1,45 @@
-"""Recorded robot data: images, intrinsics and poses, streamed out of an MCAP file.
+"""Recorded robot data: images, intrinsics and poses, streamed out of MCAP files.
 
-    container -> decoding -> survey -> selection -> pauses -> stations
+    framing -> chunks -> container -> decoding -> survey -> selection -> pauses -> stations
 
-`container` frames the file, `decoding` turns payloads into our messages (`message_table` and
-`decoders/` say which), `survey` makes the one pass, and `stations` puts a `Recording` together.
-Nothing heavy is imported before a recording is really read.
+`bag_folder` says which files there are, `container` finds the messages in them, with the help of
+`framing`, `chunks`, `channels` and `file_index`, `decoding` turns payloads into our messages
+(`message_table` and `decoders/` say which), `survey` makes the one pass, and `stations` puts a
+`Recording` together. Nothing heavy is imported before a recording is really read.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from handeye_cli.recording.options import McapOptions, PauseThresholds
-from handeye_cli.records import Recording
+from handeye_cli.records import Inspection, Recording
 
-__all__ = ["McapOptions", "PauseThresholds", "is_recording", "read"]
+__all__ = ["McapOptions", "PauseThresholds", "files_of", "is_recording", "read", "summarise"]
 
 _MAGIC = b"\x89MCAP0\r\n"
+_ENDINGS = (".mcap", ".mcap.zstd", ".mcap.zst", ".db3", ".bag")
+"""Of recordings, some of which can only be named and not be read."""
 
 
 def is_recording(path: str) -> bool:
-    """Return whether a path is an MCAP recording, by its ending or by its first bytes.
+    """Return whether a path is a robot's recording: by its ending, by its first bytes, or a folder.
 
     Pipes and devices are not looked into: what is read from them is gone.
 
     Args:
-        path: A file's path; it need not exist or be readable. `-` is never one: a recording is
-            not read in one go, so it cannot come from a pipe.
+        path: A path; it need not exist or be readable. `-` is never one: a recording is not read
+            in one go, so it cannot come from a pipe.
     """
     if path == "-":
         return False
-    if path.endswith(".mcap"):
+    if path.endswith(_ENDINGS):
         return True
     try:
+        if Path(path).is_dir():
+            return True
         if not Path(path).is_file():
             return False
         with Path(path).open("rb") as stream:
@@ -41,18 +48,48 @@ def is_recording(path: str) -> bool:
         return False
 
 
+def files_of(path: str) -> tuple[str, ...]:
+    """Return the files of a recording in their order: itself, or those in its folder.
+
+    Raises:
+        InputError: It is a folder that cannot be read or has no MCAP files.
+    """
+    from handeye_cli.recording import bag_folder
+
+    return bag_folder.files_of(path).paths
+
+
 def read(path: str, options: McapOptions) -> Recording:
     """Return the stations of an MCAP recording: one for every pause of the robot with an image.
 
     Args:
-        path: The MCAP file.
-        options: What the file cannot say, and choices where it says more than one thing.
+        path: The MCAP file, or the folder of a rosbag2 recording, all of whose files are read.
+        options: What the recording cannot say, and choices where it says more than one thing.
 
     Raises:
-        InputError: The file is no MCAP, is damaged, or lacks images, poses or pauses; or a choice
-            is ambiguous, and the message lists what there is.
+        InputError: A file is no MCAP; the recording lacks images, poses or pauses, or what is not
+            damaged in it does; or a choice is ambiguous, and the message lists what there is.
         UsageError: Options contradict each other.
     """
     from handeye_cli.recording import stations
 
     return stations.read(path, options)
+
+
+def summarise(path: str, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
+    """Return what an MCAP recording holds and what of it would be used.
+
+    What stops `read`, such as an ambiguous choice, is an error of the diagnosis here.
+
+    Args:
+        path: The MCAP file.
+        options: What the file cannot say, and choices where it says more than one thing.
+        flags: The same as they were given on the command line, by name without dashes.
+
+    Raises:
+        InputError: The file cannot be opened, is no MCAP or is damaged.
+        UsageError: Options contradict each other.
+    """
+    from handeye_cli.recording import summary
+
+    return summary.summarise(path, options, flags)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
-from typing import Any
+from types import ModuleType
+
+import zstandard
 
 from handeye_cli.errors import InputError
 from handeye_cli.recording import message_table
-from handeye_cli.recording.container import Channel, faults_as_input_error
+from handeye_cli.recording.container import Channel
+from handeye_cli.recording.layout import Layout, Record, parse
 from handeye_cli.recording.messages import Header, Message, Role
 
+MAX_MESSAGE_BYTES = 2**28
+"""A message that was packed by itself and is longer is damage, or made to fill the memory."""
+
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+_FAULTS = (ValueError, OverflowError, RecursionError, struct.error, zstandard.ZstdError)
+"""What decoders raise on damaged bytes."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +31,7 @@ class ChannelDecoder:
     """Reads the messages of one channel.
 
     Attributes:
-        channel: The channel, of a schema and an encoding that have rows in the table.
+        channel: The channel, of a schema in an encoding that have rows in the table.
         role: What its messages are good for.
     """
 
@@ -34,57 +44,82 @@ class ChannelDecoder:
         Raises:
             InputError: The payload is damaged or not of the channel's schema.
         """
-        self._refuse_packed(data)
-        readers = _readers(self.channel)
-        with faults_as_input_error(self._where):
-            return readers.specific(readers.generic(data))
+        with self._faults_named():
+            return _whole(self.channel)(_unpacked(data))
 
     def header(self, data: bytes) -> Header:
-        """Return the header a payload starts with, without reading the rest of it.
+        """Return the header of an image without touching its pixels.
 
         Raises:
             InputError: The payload is damaged.
         """
-        self._refuse_packed(data)
-        readers = _readers(self.channel)
-        with faults_as_input_error(self._where):
-            return readers.header(data)
+        with self._faults_named():
+            return _head(self.channel)(_unpacked(data))
 
-    @property
-    def _where(self) -> str:
-        return f"a message of {self.channel.topic}"
-
-    def _refuse_packed(self, data: bytes) -> None:
-        if data.startswith(_ZSTD_MAGIC):
+    @contextmanager
+    def _faults_named(self) -> Iterator[None]:
+        try:
+            yield
+        except _FAULTS as fault:
+            channel = self.channel
             raise InputError(
-                "expected plain messages, found each one compressed by itself",
-                where=self._where,
-                hint="it was recorded with compression_mode MESSAGE: convert it with"
-                " `ros2 bag convert` to compression_mode NONE or FILE",
-            )
-
-
-@dataclass(frozen=True)
-class _Readers:
-    generic: Callable[[bytes], Any]
-    specific: Callable[[Any], Message]
-    header: Callable[[bytes], Header]
+                f"expected an intact {channel.schema_name} in {channel.message_encoding},"
+                f" found damage: {fault}",
+                where=f"a message of {channel.topic}",
+                hint="`mcap recover` may save the rest; if every message is like this, what wrote"
+                " the file does not keep to the schema",
+            ) from fault
 
 
 def decoder_for(channel: Channel) -> ChannelDecoder | None:
-    """Return the decoder of a channel, or None when its schema or encoding is not in the table."""
-    row = message_table.row_of(channel.schema_name)
-    if row is None or channel.message_encoding not in message_table.ENCODINGS:
-        return None
-    return ChannelDecoder(channel, row.role)
+    """Return the decoder of a channel, or None when schema and encoding are not in the table."""
+    row = message_table.row_of(channel.schema_name, channel.message_encoding)
+    return None if row is None else ChannelDecoder(channel, row.role)
 
 
 @lru_cache(maxsize=64)
-def _readers(channel: Channel) -> _Readers:
-    row = message_table.row_of(channel.schema_name)
+def _whole(channel: Channel) -> Callable[[bytes], Message]:
+    module, layout = _schema(channel)
+    generic = _generic(channel, layout)
+    return lambda data: module.decode(generic(data))
+
+
+@lru_cache(maxsize=64)
+def _head(channel: Channel) -> Callable[[bytes], Header]:
+    module, layout = _schema(channel)
+    generic = _generic(channel, layout.first(module.HEAD_FIELDS))
+    return lambda data: module.decode_head(generic(data))
+
+
+def _schema(channel: Channel) -> tuple[ModuleType, Layout]:
+    row = message_table.row_of(channel.schema_name, channel.message_encoding)
     if row is None:
         raise KeyError(channel.schema_name)
-    schema = import_module(row.module)
+    module = import_module(row.module)
+    return module, parse(module.DEFINITION, getattr(module, "NUMBERS", {}))
+
+
+def _generic(channel: Channel, layout: Layout) -> Callable[[bytes], Record]:
     encoding = import_module(message_table.ENCODINGS[channel.message_encoding])
-    generic = encoding.decoder(channel, schema.DEFINITION)
-    return _Readers(generic=generic, specific=schema.decode, header=encoding.header)
+    decode: Callable[[bytes], Record] = encoding.decoder(layout)
+    return decode
+
+
+def _unpacked(data: bytes) -> bytes:
+    """Return a payload as it was before rosbag2 packed it by itself (compression_mode MESSAGE)."""
+    if not data.startswith(_ZSTD_MAGIC):
+        return data
+    stated = zstandard.frame_content_size(data)  # negative where the frame does not say
+    _require_small(stated)
+    limit = stated if stated >= 0 else MAX_MESSAGE_BYTES
+    with zstandard.ZstdDecompressor().stream_reader(data) as stream:
+        unpacked = stream.read(limit + 1)
+    if stated not in (-1, len(unpacked)):
+        raise ValueError(f"{len(unpacked)} of the {stated} bytes of a packed message")
+    _require_small(len(unpacked))
+    return unpacked
+
+
+def _require_small(size: int) -> None:
+    if size > MAX_MESSAGE_BYTES:
+        raise ValueError(f"a packed message of more than {MAX_MESSAGE_BYTES} bytes")

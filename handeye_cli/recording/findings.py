@@ -4,14 +4,59 @@ from __future__ import annotations
 
 from handeye_cli.records import Finding
 
+_LISTED = 5
+"""At most this many files are named."""
 
-def cut() -> Finding:
-    """The end of the file is missing."""
+
+def cut(files: int, unused_bytes: int) -> Finding:
+    """The ends of some files are missing."""
+    end = "the end of the recording is" if files == 1 else f"the ends of {files} files are"
     return Finding(
         "recording-cut",
         "warning",
-        "the end of the recording is missing; what comes before the cut is used",
+        f"{end} missing; what comes before the cut is used"
+        + (f", without the last {unused_bytes} bytes" if unused_bytes else ""),
         "check that no station is missing; copy the file or record again",
+    )
+
+
+def damaged(places: int, lost_bytes: int, lost_messages: int, first: str) -> Finding:
+    """Parts of a file are damaged."""
+    counted = f" and {lost_messages} messages" if lost_messages else ""
+    where = "1 place" if places == 1 else f"{places} places"
+    return Finding(
+        "recording-damaged",
+        "warning",
+        f"the recording is damaged in {where}: {lost_bytes} bytes{counted} are lost, the"
+        f" rest is used; the first is at {first}",
+        "check that no station is missing; copy the file again",
+    )
+
+
+def messages_unreadable(topic: str, count: int, total: int, first: str) -> Finding:
+    """Some messages of a topic are not what their schema says."""
+    return Finding(
+        "messages-unreadable",
+        "warning",
+        f"{count} of {total} messages of {topic} cannot be read: {first}",
+        "find out which node sends them",
+    )
+
+
+def files(names: list[str]) -> Finding:
+    """A recording has several files."""
+    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+    return Finding("recording-files", "info", f"{len(names)} files in this order: {listed}")
+
+
+def files_missing(names: list[str]) -> Finding:
+    """Files that belong to a recording are not there."""
+    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+    return Finding(
+        "recording-files-missing",
+        "warning",
+        f"{len(names)} files that metadata.yaml names are not there: {listed}",
+        "copy the whole folder; /tf_static is in the first file only",
     )
 
 
@@ -23,6 +68,16 @@ def transforms_dropped(count: int) -> Finding:
         f"{count} transforms are not used: no unit quaternion, not finite, or without two"
         " different frames",
         "find out which node sends them",
+    )
+
+
+def links_computed(count: int) -> Finding:
+    """The robot's poses follow from its joints."""
+    return Finding(
+        "links-computed",
+        "info",
+        f"nothing moves in /tf: {count} links follow from the robot's joints and its description",
+        "record /tf as well, or check that the description is the calibrated one of this robot",
     )
 
 

@@ -18,16 +18,16 @@ FRAMES_PER_PAUSE = 5
 
 @dataclass(frozen=True)
 class PausedFrames:
-    """The mean of some frames of one topic, read from the file only when it is looked at.
+    """The mean of some frames of one topic, read from their file only when it is looked at.
 
     Attributes:
-        path: The recording.
+        name: The recording's, for people.
         decoder: Reads messages of the images' channel.
-        positions: Where the frames lie in the file.
+        positions: Where the frames lie in its files.
         time_ns: Time of the first frame.
     """
 
-    path: str
+    name: str
     decoder: ChannelDecoder
     positions: tuple[container.Position, ...]
     time_ns: int
@@ -36,7 +36,7 @@ class PausedFrames:
     def label(self) -> str:
         """Name for people: file, topic and time in seconds."""
         seconds, nanoseconds = divmod(self.time_ns, 1_000_000_000)
-        return f"{self.path}, {self.decoder.channel.topic} at {seconds}.{nanoseconds:09d} s"
+        return f"{self.name}, {self.decoder.channel.topic} at {seconds}.{nanoseconds:09d} s"
 
     def load(self) -> GreyImage:
         """Return the (height, width) mean of the frames.
@@ -44,7 +44,7 @@ class PausedFrames:
         Raises:
             InputError: A frame cannot be read, or the frames have different sizes.
         """
-        payloads = container.read_payloads(self.path, self.positions)
+        payloads = container.read_payloads(self.positions)
         frames = [self._grey(payload) for payload in payloads]
         sizes = {frame.shape for frame in frames}
         if len(sizes) > 1:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from handeye_cli.errors import InputError
 from handeye_cli.recording.messages import CameraInfoMessage
 from handeye_cli.recording.selection import camera_parts
 from handeye_cli.records import Camera
 
-_COEFFICIENTS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
+_COEFFICIENTS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (8, 12), "equidistant": (4,)}
 """Numbers of distortion coefficients each model may have."""
+_ALIASES = {"kannala_brandt": "equidistant"}
+"""Foxglove's names of models that have another in ROS."""
 _RECTIFIED = "image_rect"
 
 
@@ -24,7 +28,8 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
         image_topic: Topic of the images.
 
     Raises:
-        InputError: The distortion model is not known or has a wrong number of coefficients.
+        InputError: The distortion model is not known or has a wrong number of coefficients; or
+            the numbers are those of no camera.
     """
     rectified = camera_parts(image_topic)[-1].startswith(_RECTIFIED)
     matrix = info.p if rectified else info.k
@@ -32,6 +37,7 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
     if matrix[0] == 0.0:
         return None
     model, distortion = ("plumb_bob", ()) if rectified else _distortion(info)
+    _require_plausible(info, (matrix[0], matrix[stride + 1], matrix[2], matrix[stride + 2]))
     x, y, width, height = info.roi
     bin_x, bin_y = max(info.binning_x, 1), max(info.binning_y, 1)
     return Camera(
@@ -46,11 +52,30 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
     )
 
 
-def _distortion(info: CameraInfoMessage) -> tuple[str, tuple[float, ...]]:
-    model = info.distortion_model or ("plumb_bob" if not any(info.d) else "")
-    if model not in _COEFFICIENTS:
+def _require_plausible(info: CameraInfoMessage, numbers: tuple[float, ...]) -> None:
+    if not (np.isfinite([*numbers, *info.d]).all() and min(numbers[:2]) > 0.0):
+        found = ", ".join(f"{number:g}" for number in (*numbers, *info.d))
         raise InputError(
-            f"expected a distortion model out of {', '.join(_COEFFICIENTS)}, found {model!r}",
+            "expected finite intrinsics with positive focal lengths,"
+            f" found fx, fy, cx, cy and distortion {found}",
+            where="CameraInfo",
+            hint="calibrate the camera before recording, or give intrinsics of your own",
+        )
+    if not (info.width and info.height):
+        raise InputError(
+            f"expected the size of the camera's image, found {info.width} x {info.height}",
+            where="CameraInfo",
+            hint="calibrate the camera before recording, or give intrinsics of your own",
+        )
+
+
+def _distortion(info: CameraInfoMessage) -> tuple[str, tuple[float, ...]]:
+    name = info.distortion_model or ("plumb_bob" if not any(info.d) else "")
+    model = _ALIASES.get(name, name)
+    if model not in _COEFFICIENTS:
+        known = ", ".join((*_COEFFICIENTS, *_ALIASES))
+        raise InputError(
+            f"expected a distortion model out of {known}, found {model!r}",
             where="CameraInfo",
             hint="choose another topic with --camera-info-topic, or rectified images",
         )

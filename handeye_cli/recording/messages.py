@@ -13,6 +13,8 @@ class Role(StrEnum):
     CAMERA_INFO = "camera-info"
     TRANSFORMS = "transforms"
     POSE = "pose"
+    JOINTS = "joints"
+    TEXT = "text"
 
 
 @dataclass(frozen=True)
@@ -114,25 +116,59 @@ class TransformStamped:
 
 @dataclass(frozen=True)
 class TransformsMessage:
-    """Transforms that were sent together."""
+    """Transforms that were sent together.
+
+    Attributes:
+        transforms: The transforms.
+        lasting: Whether each holds until it is sent anew, so that one sent once holds always.
+    """
 
     transforms: tuple[TransformStamped, ...]
+    lasting: bool = False
 
 
 @dataclass(frozen=True)
 class PoseStamped:
-    """Pose of an unnamed frame in the header's frame.
+    """Pose of a frame in the header's frame.
 
     Attributes:
         header: Time and frame.
         translation: Metres.
         rotation: Quaternion x y z w, as it was sent.
+        child_frame_id: Name of the frame it is the pose of; empty when it has none.
     """
 
     header: Header
     translation: tuple[float, float, float]
     rotation: tuple[float, float, float, float]
+    child_frame_id: str = ""
+
+
+@dataclass(frozen=True)
+class JointsMessage:
+    """Where some joints of a robot are.
+
+    Attributes:
+        header: Time.
+        positions: Name and value of each, radians or metres.
+    """
+
+    header: Header
+    positions: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class TextMessage:
+    """A text, such as a robot's description.
+
+    Attributes:
+        text: The text.
+    """
+
+    text: str
 
 
 AnyImage = ImageMessage | CompressedImageMessage
-Message = AnyImage | CameraInfoMessage | TransformsMessage | PoseStamped
+Message = (
+    AnyImage | CameraInfoMessage | TransformsMessage | PoseStamped | JointsMessage | TextMessage
+)

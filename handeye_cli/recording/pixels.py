@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,10 +16,18 @@ from handeye_cli.records import GreyImage
 
 Samples = NDArray[np.uint8] | NDArray[np.uint16]
 
-_DEPTH = ("16UC1", "32FC1", "64FC1")
+_DEPTH = ("32FC1", "64FC1")
+_MAYBE_DEPTH = "16UC1"
+"""What grey levels of sixteen bits and depths in millimetres are both called."""
 _COMPRESSED_DEPTH = "compressedDepth"
-_FILE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
-"""The first bytes of a PNG and of a JPEG file."""
+_FILE_STARTS = {
+    "PNG": re.compile(rb"\x89PNG\r\n\x1a\n"),
+    "JPEG": re.compile(rb"\xff\xd8\xff"),
+    "TIFF": re.compile(rb"II\*\0|MM\0\*"),
+    "WebP": re.compile(rb"RIFF....WEBP", re.DOTALL),
+    "AVIF": re.compile(rb"....ftypavi[fs]", re.DOTALL),
+}
+"""The first bytes of image files."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +45,11 @@ class _Encoding:
     wide: bool = False
 
 
-def _only_channel(samples: Samples) -> GreyImage:
-    return np.ascontiguousarray(samples[..., 0], dtype=np.uint8)
+def _channel(index: int) -> Callable[[Samples], GreyImage]:
+    def take(samples: Samples) -> GreyImage:
+        return np.ascontiguousarray(samples[..., index], dtype=np.uint8)
+
+    return take
 
 
 def _deep_channel(samples: Samples) -> GreyImage:
@@ -48,32 +60,67 @@ def _converted(code: str) -> Callable[[Samples], GreyImage]:
     def convert(samples: Samples) -> GreyImage:
         import cv2
 
-        return np.asarray(cv2.cvtColor(samples, getattr(cv2, code)), dtype=np.uint8)
+        grey = cv2.cvtColor(samples, getattr(cv2, code))
+        return eight_bits(grey.view(np.uint16)) if grey.dtype == np.uint16 else grey.view(np.uint8)
 
     return convert
 
 
+def _colours(letters: str) -> dict[str, _Encoding]:
+    """Return the encodings of a colour model, its samples having 8 or 16 bits."""
+    convert = _converted(f"COLOR_{letters.upper()}2GRAY")
+    return {
+        f"{letters}8": _Encoding(len(letters), convert),
+        f"{letters}16": _Encoding(len(letters), convert, wide=True),
+    }
+
+
+def _mosaics(letters: str) -> dict[str, _Encoding]:
+    """Return the encodings of the colours of a 2 x 2 mosaic, its samples having 8 or 16 bits."""
+    convert = _converted(f"COLOR_Bayer{letters.upper()}2GRAY")
+    return {
+        f"bayer_{letters}8": _Encoding(1, convert),
+        f"bayer_{letters}16": _Encoding(1, convert, wide=True),
+    }
+
+
+_UYVY, _YUYV = _Encoding(2, _channel(1)), _Encoding(2, _channel(0))
+_LUMA_FIRST = _Encoding(1, _channel(0))
+"""A plane of grey levels, and after it one of colours."""
 _ENCODINGS = {
-    "mono8": _Encoding(1, _only_channel),
-    "8UC1": _Encoding(1, _only_channel),
+    "mono8": _Encoding(1, _channel(0)),
+    "8UC1": _Encoding(1, _channel(0)),
     "mono16": _Encoding(1, _deep_channel, wide=True),
-    "rgb8": _Encoding(3, _converted("COLOR_RGB2GRAY")),
-    "bgr8": _Encoding(3, _converted("COLOR_BGR2GRAY")),
+    _MAYBE_DEPTH: _Encoding(1, _deep_channel, wide=True),
+    **_colours("rgb"),
+    **_colours("bgr"),
+    **_colours("rgba"),
+    **_colours("bgra"),
     "8UC3": _Encoding(3, _converted("COLOR_BGR2GRAY")),
-    "rgba8": _Encoding(4, _converted("COLOR_RGBA2GRAY")),
-    "bgra8": _Encoding(4, _converted("COLOR_BGRA2GRAY")),
-    "bayer_rggb8": _Encoding(1, _converted("COLOR_BayerRGGB2GRAY")),
-    "bayer_bggr8": _Encoding(1, _converted("COLOR_BayerBGGR2GRAY")),
-    "bayer_gbrg8": _Encoding(1, _converted("COLOR_BayerGBRG2GRAY")),
-    "bayer_grbg8": _Encoding(1, _converted("COLOR_BayerGRBG2GRAY")),
+    **_mosaics("rggb"),
+    **_mosaics("bggr"),
+    **_mosaics("gbrg"),
+    **_mosaics("grbg"),
+    "yuv422": _UYVY,
+    "uyvy": _UYVY,
+    "yuv422_yuy2": _YUYV,
+    "yuyv": _YUYV,
+    "nv12": _LUMA_FIRST,
+    "nv21": _LUMA_FIRST,
+    "nv24": _LUMA_FIRST,
 }
 
 
-def refusal(message: AnyImage) -> str | None:
-    """Return why images of this encoding cannot be used, naming it, or None when they can."""
+def refusal(message: AnyImage, topic: str = "") -> str | None:
+    """Return why images of this encoding cannot be used, naming it, or None when they can.
+
+    Args:
+        message: An image, whose pixels may be missing but for the first bytes.
+        topic: Its topic, whose name may tell depths from grey levels.
+    """
     if isinstance(message, CompressedImageMessage):
-        return _compressed_refusal(message)
-    if message.encoding in _DEPTH:
+        return _compressed_refusal(message, topic)
+    if _holds_depths(message.encoding, topic):
         return f"the encoding {message.encoding!r}, which holds depths and no picture"
     if message.encoding not in _ENCODINGS:
         return f"the encoding {message.encoding!r}; readable are {', '.join(_ENCODINGS)}"
@@ -108,12 +155,17 @@ def refused(reason: str, label: str) -> InputError:
     )
 
 
-def _compressed_refusal(message: CompressedImageMessage) -> str | None:
-    if _COMPRESSED_DEPTH in message.format:
+def _compressed_refusal(message: CompressedImageMessage, topic: str) -> str | None:
+    original = message.format.split(";")[0].strip()
+    if _COMPRESSED_DEPTH in message.format or _holds_depths(original, topic):
         return f"the format {message.format!r}, which holds depths and no picture"
-    if not message.data.startswith(_FILE_MAGICS):
-        return f"neither PNG nor JPEG but data that start with {message.data[:4]!r}"
+    if not any(start.match(message.data) for start in _FILE_STARTS.values()):
+        return f"none of {', '.join(_FILE_STARTS)} but data that start with {message.data[:4]!r}"
     return None
+
+
+def _holds_depths(encoding: str, topic: str) -> bool:
+    return encoding in _DEPTH or (encoding == _MAYBE_DEPTH and "depth" in topic.lower())
 
 
 def _samples(message: ImageMessage, encoding: _Encoding, label: str) -> Samples:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from handeye_cli.errors import InputError, UsageError, did_you_mean
-from handeye_cli.recording import pixels
+from handeye_cli.recording import message_table, pixels
 from handeye_cli.recording.container import Channel
+from handeye_cli.recording.messages import Role
 from handeye_cli.recording.options import McapOptions
 from handeye_cli.recording.survey import ImageFrames, Survey
 from handeye_cli.recording.transforms import Chain, TransformTree
@@ -17,6 +18,24 @@ _TRANSPORTS = ("compressed",)
 """Last parts of image topics that name a way of transport, not a camera."""
 
 
+class AmbiguousError(InputError):
+    """Several things of a recording could be meant.
+
+    Args:
+        what: What is looked for.
+        choices: What it may be.
+        flag: What chooses.
+    """
+
+    def __init__(self, what: str, choices: tuple[str, ...], flag: str) -> None:
+        listed = ", ".join(choices) or "none"
+        super().__init__(
+            f"expected one {what}, found {len(choices)}: {listed}", hint=f"choose one with {flag}"
+        )
+        self.choices = choices
+        self.flag = flag
+
+
 def images(survey: Survey, wanted: str | None) -> ImageFrames:
     """Return the images to use: the topic asked for, or the only one with pictures.
 
@@ -25,12 +44,14 @@ def images(survey: Survey, wanted: str | None) -> ImageFrames:
     """
     topics = sorted(survey.images)
     if wanted is None:
-        usable = [t for t in topics if pixels.refusal(survey.images[t].first) is None]
+        usable = [t for t in topics if pixels.refusal(survey.images[t].first, t) is None]
         topics = usable or topics
+    _require_read(survey, Role.IMAGE, topics, wanted)
     if not topics:
-        raise _missing("an image topic", survey, "record sensor_msgs/msg/Image or CompressedImage")
+        hint = "record sensor_msgs or Foxglove images, raw or compressed"
+        raise _missing("an image topic", survey, hint)
     frames = survey.images[_choose("image topic", topics, wanted, "--image-topic")]
-    reason = pixels.refusal(frames.first)
+    reason = pixels.refusal(frames.first, frames.topic)
     if reason:
         raise pixels.refused(reason, f"{survey.path}, {frames.topic}")
     return frames
@@ -96,24 +117,27 @@ def robot_chain(survey: Survey, camera_frame: str, options: McapOptions) -> Chai
     if options.pose_topic is not None or (survey.poses and not dynamic and not asked_frames):
         return _pose_chain(survey, options.pose_topic)
     if not dynamic:
+        _require_read(survey, Role.POSE, [], None)
         raise _missing(
             "a moving frame in /tf or a topic with stamped poses",
             survey,
-            "record /tf, /tf_static or a geometry_msgs/msg/PoseStamped of the gripper",
+            "record /tf and /tf_static, a geometry_msgs/msg/PoseStamped of the gripper, or"
+            " /joint_states and /robot_description",
         )
     return _frame_chain(tree, camera_frame, options)
 
 
 def _pose_chain(survey: Survey, wanted: str | None) -> Chain:
-    topics = sorted({samples.child for samples in survey.poses})
+    topics = sorted(survey.poses)
+    _require_read(survey, Role.POSE, topics, wanted)
     if not topics:
         raise _missing("a topic with stamped poses", survey, "use /tf by leaving out --pose-topic")
     topic = _choose("pose topic", topics, wanted, "--pose-topic")
-    samples = [each for each in survey.poses if each.child == topic]
+    samples = survey.poses[topic]
     if len(samples) > 1:
-        found = ", ".join(repr(each.parent) for each in samples)
-        raise InputError(f"expected poses in one frame, found {found}", where=topic)
-    return Chain(samples[0].parent, topic, to_base=(), to_gripper=(samples[0],))
+        found = ", ".join(f"{each.child!r} in {each.parent!r}" for each in samples)
+        raise InputError(f"expected poses of one frame in one, found {found}", where=topic)
+    return Chain(samples[0].parent, samples[0].child, to_base=(), to_gripper=samples)
 
 
 def _frame_chain(tree: TransformTree, camera_frame: str, options: McapOptions) -> Chain:
@@ -161,9 +185,7 @@ def _choose(what: str, choices: Sequence[str], wanted: str | None, flag: str) ->
     if wanted is None:
         if len(choices) == 1:
             return choices[0]
-        raise InputError(
-            f"expected one {what}, found {len(choices)}: {listed}", hint=f"choose one with {flag}"
-        )
+        raise AmbiguousError(what, tuple(choices), flag)
     if wanted in choices:
         return wanted
     near = did_you_mean(wanted, list(choices))
@@ -172,6 +194,20 @@ def _choose(what: str, choices: Sequence[str], wanted: str | None, flag: str) ->
         where=flag,
         hint=f"did you mean {near!r}?" if near else None,
     )
+
+
+def _require_read(survey: Survey, role: Role, topics: Sequence[str], wanted: str | None) -> None:
+    """Refuse messages by name that are asked for, or are all there is, and cannot be read."""
+    if wanted in topics or (wanted is None and topics):
+        return
+    for channel in survey.channels:
+        refusal = message_table.refusal_of(channel.schema_name)
+        if refusal and refusal.role is role and wanted in (None, channel.topic):
+            raise InputError(
+                f"expected messages that can be read, found {refusal.what}: {_describe(channel)}",
+                where=survey.path,
+                hint=refusal.advice,
+            )
 
 
 def _missing(what: str, survey: Survey, hint: str) -> InputError:

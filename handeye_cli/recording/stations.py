@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
-from handeye_cli.recording import clock, container, findings, selection, survey
-from handeye_cli.recording.clock import Clock
+from handeye_cli.recording import bag_folder, container, findings, selection, survey
 from handeye_cli.recording.frames import FRAMES_PER_PAUSE, PausedFrames, evenly
 from handeye_cli.recording.intrinsics import camera_of
 from handeye_cli.recording.options import McapOptions
-from handeye_cli.recording.pauses import find_pauses
 from handeye_cli.recording.survey import ImageFrames, Survey
+from handeye_cli.recording.timeline import RobotPath, Timeline, timeline
 from handeye_cli.recording.transforms import Chain
 from handeye_cli.records import (
     Camera,
@@ -30,12 +30,19 @@ from handeye_cli.records import (
 def read(path: str, options: McapOptions) -> Recording:
     """Return the stations of an MCAP recording, in order of time.
 
+    What is damaged in a file is left out, and a finding says how much that is.
+
+    Args:
+        path: An MCAP file, or the folder of a recording in several files.
+        options: What the recording cannot say, and choices where it says more than one thing.
+
     Raises:
-        InputError: The file is no MCAP, is damaged, or lacks images, poses or pauses; or a choice
-            is ambiguous, and the message lists what there is.
+        InputError: A file is no MCAP; the recording lacks images, poses or pauses, or what is not
+            damaged in it does; or a choice is ambiguous, and the message lists what there is.
         UsageError: Options contradict each other.
     """
-    container.require_mcap(path)
+    for file in bag_folder.files_of(path).paths:
+        container.require_mcap(file)
     if options.setup is None:
         choices = " or ".join(Setup)
         raise InputError(
@@ -44,22 +51,44 @@ def read(path: str, options: McapOptions) -> Recording:
             hint=f"give --setup {choices}",
         )
     content = survey.take(path)
-    frames = selection.images(content, options.image_topic)
-    camera, camera_findings = _camera(content, frames, options)
-    chain = selection.robot_chain(content, frames.frame_id, options)
-    stations, station_findings = _stations(path, frames, chain, options)
+    with _with_damage_named(content):
+        frames = selection.images(content, options.image_topic)
+        camera, camera_findings = camera_for(content, frames, options)
+        chain = selection.robot_chain(content, frames.frame_id, options)
+        stations, station_findings = _stations(path, frames, chain, options)
     return Recording(
         setup=options.setup,
         stations=stations,
         target=options.target,
         camera=camera,
-        findings=(*_file_findings(content), *camera_findings, *station_findings),
+        findings=(*file_findings(content), *camera_findings, *station_findings),
     )
 
 
-def _camera(
+@contextmanager
+def _with_damage_named(content: Survey) -> Iterator[None]:
+    """Add to what is missing in a recording that parts of it cannot be read."""
+    try:
+        yield
+    except InputError as error:
+        if content.losses.places:
+            error.message += f"; it is damaged: {content.losses.first}"
+        for topic, bad in content.unreadable.items():
+            if bad.count == bad.total:
+                error.message += f"; no message of {topic} can be read: {bad.first}"
+        raise
+
+
+def camera_for(
     content: Survey, frames: ImageFrames, options: McapOptions
 ) -> tuple[Camera | None, list[Finding]]:
+    """Return the camera of the images and what is to be said of it.
+
+    Raises:
+        InputError: Several intrinsics could be meant, or theirs is no lens that is known.
+    """
+    if options.own_intrinsics:
+        return None, []
     topic = selection.camera_info_topic(content, frames, options.camera_info_topic)
     if topic is None:
         return None, [findings.camera_info_missing(frames.topic)]
@@ -71,59 +100,29 @@ def _camera(
     return camera, found
 
 
-@dataclass(frozen=True)
-class _Path:
-    """The robot's poses, where all links of the chain are known.
-
-    Attributes:
-        times_ns: (n,) times.
-        poses: (n, 4, 4) `base_T_gripper`.
-    """
-
-    times_ns: IntArray
-    poses: FloatArray
-
-
 def _stations(
     path: str, frames: ImageFrames, chain: Chain, options: McapOptions
 ) -> tuple[tuple[RecordedStation, ...], list[Finding]]:
-    source, clock_finding = _clock(frames, chain)
-    image_times = frames.times_ns(source) + options.time_offset_ns
-    robot = _robot_path(chain, source)
-    pauses = find_pauses(robot.times_ns, robot.poses, options.pauses)
-    groups = [np.flatnonzero((image_times >= a) & (image_times < b)) for a, b in pauses]
-    seen = [(pause, group) for pause, group in zip(pauses, groups, strict=True) if len(group)]
-    _require_stations(path, len(seen), len(pauses), robot)
+    line = timeline(frames, chain, options)
+    seen = [
+        (pause, group) for pause, group in zip(line.pauses, line.images, strict=True) if len(group)
+    ]
+    require_stations(path, line)
     width = max(2, len(str(len(seen) - 1)))
     stations = tuple(
         RecordedStation(
             name=f"{index:0{width}d}",
-            base_T_gripper=_mean_pose(robot, pause),
-            image=_image(path, frames, image_times, group),
+            base_T_gripper=_mean_pose(line.robot, pause),
+            image=_image(path, frames, line.image_times_ns, group),
         )
         for index, (pause, group) in enumerate(seen)
     )
     choices = findings.choices(chain.base, chain.gripper, frames.topic)
-    found = [choices, *_usage_findings(groups, len(image_times))]
-    return stations, [clock_finding, *found] if clock_finding else found
+    found = [choices, *usage_findings(line)]
+    return stations, [line.clock_finding, *found] if line.clock_finding else found
 
 
-def _clock(frames: ImageFrames, chain: Chain) -> tuple[Clock, Finding | None]:
-    return clock.choose(
-        frames.stamps_ns,
-        frames.log_times_ns,
-        np.concatenate([link.stamps_ns for link in chain.dynamic]),
-        np.concatenate([link.log_times_ns for link in chain.dynamic]),
-    )
-
-
-def _robot_path(chain: Chain, source: Clock) -> _Path:
-    times_ns = chain.sample_times_ns(source)
-    poses, known = chain.at(times_ns, source)
-    return _Path(times_ns[known], poses[known])
-
-
-def _mean_pose(robot: _Path, pause: IntArray) -> FloatArray:
+def _mean_pose(robot: RobotPath, pause: IntArray) -> FloatArray:
     first, last = np.searchsorted(robot.times_ns, pause)
     return se3.mean(robot.poses[first:last])
 
@@ -134,32 +133,50 @@ def _image(path: str, frames: ImageFrames, image_times: IntArray, group: IntArra
     return PausedFrames(path, frames.decoder, positions, int(image_times[chosen[0]]))
 
 
-def _require_stations(path: str, stations: int, pauses: int, robot: _Path) -> None:
-    if stations:
+def require_stations(path: str, line: Timeline) -> None:
+    """Check that the robot stood still while an image was taken.
+
+    Raises:
+        InputError: It never did.
+    """
+    if any(len(group) for group in line.images):
         return
-    seconds = (robot.times_ns[-1] - robot.times_ns[0]) / 1e9 if len(robot.times_ns) else 0.0
+    pauses = len(line.pauses)
     found = f"{pauses} pauses without one" if pauses else "no pause"
     raise InputError(
-        f"expected pauses of the robot with images, found {found} in {seconds:.1f} s of poses",
+        f"expected pauses of the robot with images, found {found} in {line.robot.seconds:.1f} s of"
+        " poses",
         where=path,
         hint="let the robot stand still for a second at every station; if it did, check the"
         " frames, and the clocks with --time-offset",
     )
 
 
-def _file_findings(content: Survey) -> list[Finding]:
-    found = [findings.cut()] if content.cut else []
+def file_findings(content: Survey) -> list[Finding]:
+    """Return what is to be said of the files themselves."""
+    found, losses = list(content.files.findings), content.losses
+    if losses.cut:
+        found.append(findings.cut(losses.cut, losses.cut_bytes))
+    if losses.places:
+        lost = losses.places, losses.bytes, losses.messages
+        found.append(findings.damaged(*lost, first=losses.first))
+    for topic, bad in content.unreadable.items():
+        found.append(findings.messages_unreadable(topic, bad.count, bad.total, str(bad.first)))
     if content.dropped:
         found.append(findings.transforms_dropped(content.dropped))
+    if content.computed:
+        found.append(findings.links_computed(content.computed))
     return found
 
 
-def _usage_findings(groups: list[IntArray], frame_count: int) -> list[Finding]:
+def usage_findings(line: Timeline) -> list[Finding]:
+    """Return which images and pauses are of no use."""
     found = []
-    unused = frame_count - sum(len(group) for group in groups)
+    frame_count = len(line.image_times_ns)
+    unused = frame_count - sum(len(group) for group in line.images)
     if unused:
         found.append(findings.frames_moving(unused, frame_count))
-    empty = sum(1 for group in groups if not len(group))
+    empty = sum(1 for group in line.images if not len(group))
     if empty:
-        found.append(findings.pauses_without_image(empty, len(groups)))
+        found.append(findings.pauses_without_image(empty, len(line.images)))
     return found

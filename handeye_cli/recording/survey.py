@@ -3,29 +3,43 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from handeye_cli.recording import container, transforms
+from handeye_cli.errors import InputError
+from handeye_cli.recording import bag_folder, container, joint_states, transforms, urdf
+from handeye_cli.recording.bag_folder import BagFiles
 from handeye_cli.recording.clock import Clock
 from handeye_cli.recording.container import Channel, Position, RawMessage
 from handeye_cli.recording.decoding import ChannelDecoder, decoder_for
+from handeye_cli.recording.losses import Losses, Unreadable
 from handeye_cli.recording.messages import (
     AnyImage,
     CameraInfoMessage,
     CompressedImageMessage,
     Header,
     ImageMessage,
+    JointsMessage,
     PoseStamped,
     Role,
+    TextMessage,
     TransformsMessage,
     TransformStamped,
 )
 from handeye_cli.records import IntArray
 
 _STATIC_TOPIC = "tf_static"
+_DESCRIPTION = "<robot"
+"""What tells a robot's description from other texts."""
+_HEADER_FIRST = ("cdr", "ros1")
+"""Encodings in which a message begins with its header."""
+_HEADER_BYTES = 4096
+"""More than any header takes."""
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""Of a message that was packed by itself."""
 
 
 @dataclass(frozen=True)
@@ -66,46 +80,73 @@ class Survey:
     """What a recording holds.
 
     Attributes:
-        path: The file.
-        cut: Whether its end is missing.
+        path: The file, or the folder of its files.
+        files: Its files.
+        losses: What of it is missing or damaged.
+        unreadable: Messages that cannot be decoded, by topic.
         channels: All channels, also those that cannot be read.
         images: By topic.
         camera_infos: By topic, each different one once, without its stamp.
         links: Cleaned transforms of TF.
-        poses: Cleaned stamped poses, the topic's name standing for the unnamed frame.
+        poses: Cleaned stamped poses by topic, whose name stands for a frame without one.
         dropped: Number of transforms and poses that were not valid.
+        computed: Number of links that follow from the robot's joints and its description.
     """
 
     path: str
-    cut: bool
+    files: BagFiles
+    losses: Losses
+    unreadable: Mapping[str, Unreadable]
     channels: tuple[Channel, ...]
     images: Mapping[str, ImageFrames]
     camera_infos: Mapping[str, tuple[CameraInfoMessage, ...]]
     links: tuple[transforms.Samples, ...]
-    poses: tuple[transforms.Samples, ...]
+    poses: Mapping[str, tuple[transforms.Samples, ...]]
     dropped: int
+    computed: int = 0
+
+    @property
+    def cut(self) -> bool:
+        """Whether the end of a file is missing."""
+        return self.losses.cut > 0
 
 
-def take(path: str) -> Survey:
-    """Return what an MCAP file holds.
+def take(path: str, tell: Callable[[RawMessage], None] | None = None) -> Survey:
+    """Return what a recording holds; what is damaged in it is left out and counted.
+
+    Args:
+        path: An MCAP file, or the folder of a recording in several files.
+        tell: Told of every message, also of those that cannot be read, or None.
 
     Raises:
-        InputError: The file cannot be opened, is no MCAP file or is damaged.
+        InputError: A file cannot be opened or is no MCAP file, or there is none in the folder.
     """
-    surveyor = _Surveyor()
-    for message in container.scan(path, surveyor.wants):
-        surveyor.add(message)
-    links, bad_links = _cleaned(surveyor.links.values())
-    poses, bad_poses = _cleaned(surveyor.poses.values())
+    surveyor, losses = _Surveyor(every=tell is not None), Losses()
+    files = bag_folder.files_of(path)
+    for file in files.paths:
+        for message in container.scan(file, surveyor.wants, losses):
+            if tell is not None:
+                tell(message)
+            surveyor.add(message)
+    links, dropped = _cleaned(surveyor.links.values())
+    links, computed = joint_states.with_joints(links, surveyor.robot, surveyor.joints)
+    poses: dict[str, tuple[transforms.Samples, ...]] = {}
+    for topic, lists in surveyor.poses.items():
+        good, bad = _cleaned(lists.values())
+        poses |= {topic: good} if good else {}
+        dropped += bad
     return Survey(
         path=path,
-        cut=container.is_cut(path),
+        files=files,
+        losses=losses,
+        unreadable=surveyor.unreadable,
         channels=tuple(surveyor.channels),
         images={topic: images.finished() for topic, images in surveyor.images.items()},
         camera_infos={topic: tuple(infos) for topic, infos in surveyor.camera_infos.items()},
         links=links,
         poses=poses,
-        dropped=bad_links + bad_poses,
+        dropped=dropped,
+        computed=computed,
     )
 
 
@@ -115,7 +156,8 @@ class _PoseList:
 
     parent: str
     child: str
-    static: bool
+    static: bool = False
+    lasting: bool = False
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))
     log_times_ns: array[int] = field(default_factory=lambda: array("q"))
     numbers: array[float] = field(default_factory=lambda: array("d"))
@@ -130,7 +172,7 @@ class _PoseList:
         return transforms.Samples(
             self.parent,
             self.child,
-            self.static,
+            self.static or (self.lasting and len(self.stamps_ns) == 1),
             np.array(self.stamps_ns, dtype=np.int64),
             np.array(self.log_times_ns, dtype=np.int64),
             np.array(self.numbers, dtype=np.float64).reshape(-1, 7),
@@ -146,7 +188,7 @@ class _ImageList:
     positions: list[Position] = field(default_factory=list)
 
     def add(self, message: RawMessage) -> None:
-        self.stamps_ns.append(self.decoder.header(message.data).stamp_ns)
+        self.stamps_ns.append(_header(self.decoder, message).stamp_ns)
         self.log_times_ns.append(message.log_time_ns)
         self.positions.append(message.position)
 
@@ -161,27 +203,43 @@ class _ImageList:
 
 
 class _Surveyor:
-    """Sorts messages by what they are good for."""
+    """Sorts messages by what they are good for; `every` asks for those without a use as well."""
 
-    def __init__(self) -> None:
-        self.channels: list[Channel] = []
+    def __init__(self, *, every: bool) -> None:
+        self._every = every
+        self.channels: dict[Channel, None] = {}
         self.images: dict[str, _ImageList] = {}
         self.camera_infos: dict[str, dict[CameraInfoMessage, None]] = {}
         self.links: dict[tuple[str, str, bool], _PoseList] = {}
-        self.poses: dict[tuple[str, str], _PoseList] = {}
+        self.poses: dict[str, dict[tuple[str, str], _PoseList]] = {}
+        self.joints = joint_states.JointRecord()
+        self.robot: tuple[urdf.Joint, ...] = ()
+        self.unreadable: dict[str, Unreadable] = {}
+        self._totals: Counter[str] = Counter()
         self._decoders: dict[Channel, ChannelDecoder] = {}
 
     def wants(self, channel: Channel) -> bool:
         """Take note of a channel; return whether its messages are of use."""
-        self.channels.append(channel)
+        self.channels[channel] = None
         decoder = decoder_for(channel)
         if decoder is not None:
             self._decoders[channel] = decoder
-        return decoder is not None
+        return decoder is not None or self._every
 
     def add(self, message: RawMessage) -> None:
-        """Take in a message of a channel that is of use."""
-        decoder = self._decoders[message.channel]
+        """Take in a message if it is of use; count it if it should be and cannot be read."""
+        decoder, topic = self._decoders.get(message.channel), message.channel.topic
+        if decoder is None:
+            return
+        self._totals[topic] += 1
+        try:
+            self._add(decoder, message)
+        except InputError as error:
+            self.unreadable.setdefault(topic, Unreadable(error)).count += 1
+        if topic in self.unreadable:
+            self.unreadable[topic].total = self._totals[topic]
+
+    def _add(self, decoder: ChannelDecoder, message: RawMessage) -> None:
         if decoder.role is Role.IMAGE:
             self._add_image(decoder, message)
             return
@@ -191,9 +249,13 @@ class _Surveyor:
             known[replace(content, header=Header(0, content.header.frame_id))] = None
         elif isinstance(content, TransformsMessage):
             for transform in content.transforms:
-                self._add_link(message, transform)
+                self._add_link(message, transform, lasting=content.lasting)
         elif isinstance(content, PoseStamped):
             self._add_pose(message, content)
+        elif isinstance(content, JointsMessage):
+            self.joints.add(message.log_time_ns, content)
+        elif isinstance(content, TextMessage) and _DESCRIPTION in content.text:
+            self.robot += urdf.parse(content.text, message.channel.topic)
 
     def _add_image(self, decoder: ChannelDecoder, message: RawMessage) -> None:
         topic = message.channel.topic
@@ -202,19 +264,38 @@ class _Surveyor:
             if not isinstance(first, ImageMessage | CompressedImageMessage):
                 raise TypeError(f"{type(first).__name__} is no image")
             self.images[topic] = _ImageList(decoder, replace(first, data=first.data[:16]))
+        first_kind, kind = (_kind(each.channel) for each in (self.images[topic].decoder, message))
+        if kind != first_kind:
+            raise InputError(f"expected {first_kind} as before, found {kind}", where=topic)
         self.images[topic].add(message)
 
-    def _add_link(self, message: RawMessage, transform: TransformStamped) -> None:
+    def _add_link(self, message: RawMessage, transform: TransformStamped, *, lasting: bool) -> None:
         parent = transforms.plain_name(transform.header.frame_id)
         child = transforms.plain_name(transform.child_frame_id)
         static = message.channel.topic.rsplit("/", 1)[-1] == _STATIC_TOPIC
-        link = self.links.setdefault((parent, child, static), _PoseList(parent, child, static))
-        link.add(message.log_time_ns, transform)
+        key = (parent, child, static)
+        if key not in self.links:
+            self.links[key] = _PoseList(parent, child, static, lasting)
+        self.links[key].add(message.log_time_ns, transform)
 
     def _add_pose(self, message: RawMessage, pose: PoseStamped) -> None:
         topic, parent = message.channel.topic, transforms.plain_name(pose.header.frame_id)
-        poses = self.poses.setdefault((topic, parent), _PoseList(parent, topic, static=False))
+        child = transforms.plain_name(pose.child_frame_id) or topic
+        of_topic = self.poses.setdefault(topic, {})
+        poses = of_topic.setdefault((parent, child), _PoseList(parent, child))
         poses.add(message.log_time_ns, pose)
+
+
+def _kind(channel: Channel) -> str:
+    return f"{channel.schema_name} as {channel.message_encoding}"
+
+
+def _header(decoder: ChannelDecoder, message: RawMessage) -> Header:
+    """Return the header of an image, read without the pixels where it stands before them."""
+    data = message.beginning(_HEADER_BYTES)
+    if message.channel.message_encoding not in _HEADER_FIRST or data.startswith(_ZSTD_MAGIC):
+        data = message.data
+    return decoder.header(data)
 
 
 def _cleaned(lists: Iterable[_PoseList]) -> tuple[tuple[transforms.Samples, ...], int]:

@@ -26,6 +26,7 @@ from handeye_cli.records.basics import (
     UncertainPose,
 )
 from handeye_cli.records.blame import BlameShares, SmoothResiduals
+from handeye_cli.records.free import FreeDirection, PosePart
 from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
 from handeye_cli.records.inspection import Inspection
 from handeye_cli.records.line import (
@@ -38,7 +39,7 @@ from handeye_cli.records.line import (
     Stations,
     WrittenRotation,
 )
-from handeye_cli.records.partial import FreeDirection, PartialAnswer, PosePart
+from handeye_cli.records.partial import PartialAnswer
 from handeye_cli.records.results import (
     Calibration,
     Comparison,

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
 
-from handeye_cli.records.basics import Noise
+from handeye_cli.records.basics import IntArray, Noise
 
-
-_FEWEST_FOR_THIRD = 7
 _FEWEST = 4
+"""Three stations always agree to some degree."""
+_FEWEST_FOR_THIRD = 7
 
 
 def most_bad(count: int) -> int:
@@ -85,14 +85,16 @@ class BadStations:
         exchanged: Rows whose images and robot poses are interchanged: the image of each belongs to
             the robot pose of the next, and that of the last to the first. Two rows are exchanged.
         moved: The target's move, if there was one.
-        scale: The noise as the good stations show it.
+        scale: The noise as the good stations show it, or as it was given.
+        noise_given: Whether all of it was given, so that nothing followed from the stations.
     """
 
     count: int
     outliers: tuple[BadStation, ...] = ()
     exchanged: tuple[tuple[int, ...], ...] = ()
     moved: TargetMove | None = None
-    scale: Noise = Noise()
+    scale: Noise = field(default_factory=Noise)
+    noise_given: bool = False
 
     @property
     def too_many(self) -> bool:
@@ -108,7 +110,7 @@ class BadStations:
         return tuple(sorted({*apart, *(station.row for station in self.outliers)}))
 
     @property
-    def kept(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    def kept(self) -> IntArray:
         """The rows an answer should rest on."""
         return np.setdiff1d(np.arange(self.count), np.array(self.left_out, dtype=np.int64))
 

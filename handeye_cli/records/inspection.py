@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from handeye_cli.conventions import Setup
 from handeye_cli.records.basics import Finding, ProvenanceStep
 from handeye_cli.records.blame import BlameShares, SmoothResiduals
+from handeye_cli.records.free import FreeDirection
 from handeye_cli.records.hypotheses import HypothesisFit, LengthRatio
-from handeye_cli.records.partial import FreeDirection
+from handeye_cli.records.recording_summary import RecordingSummary
 from handeye_cli.records.results import PredictedError, StationResidual
 
 
@@ -17,7 +18,7 @@ class Inspection:
     """What is right and what is wrong with the data of a calibration.
 
     Attributes:
-        setup: As declared.
+        setup: As declared, or None where only a recording was looked into and nobody said it.
         stations: Every station of the input: whether it can be used, how far it is from the others,
             or why it cannot.
         diagnosis: All findings, the gravest first.
@@ -28,10 +29,11 @@ class Inspection:
         predicted_error: Expected error of the answer, where there is one.
         surfaces: What smooth surfaces explain of the residuals in the images; None without pixels.
         blame: What the stations' residuals are put down to, where there is an answer.
+        recording: What the robot's recording holds that the data come from, if they come from one.
         provenance: How it came about.
     """
 
-    setup: Setup
+    setup: Setup | None
     stations: tuple[StationResidual, ...]
     diagnosis: tuple[Finding, ...] = ()
     hypotheses: tuple[HypothesisFit, ...] = ()
@@ -40,6 +42,7 @@ class Inspection:
     predicted_error: PredictedError | None = None
     surfaces: SmoothResiduals | None = None
     blame: BlameShares | None = None
+    recording: RecordingSummary | None = None
     provenance: tuple[ProvenanceStep, ...] = ()
 
     @property

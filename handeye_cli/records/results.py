@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from handeye_cli.conventions import Setup
+from handeye_cli.records.bad_stations import WithoutBadStations
 from handeye_cli.records.basics import (
     Camera,
     Finding,
@@ -14,6 +15,7 @@ from handeye_cli.records.basics import (
     ProvenanceStep,
     UncertainPose,
 )
+from handeye_cli.records.free import FreeDirection
 from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 
 
@@ -176,6 +178,9 @@ class Calibration:
         noise_freedom: Degrees of freedom with which the noise was estimated; None when it was
             given, or when they are unknown.
         comparison: What every method says, where that was asked for.
+        without: How far the answer on all stations is from this one, where bad ones are left out.
+        free: Directions of `mount_T_camera` that the data leave free: its covariance is zero along
+            them, and its value is a choice; nothing where all is determined.
     """
 
     setup: Setup
@@ -195,6 +200,8 @@ class Calibration:
     covariance_between: FloatArray | None = None
     noise_freedom: float | None = None
     comparison: tuple[Comparison, ...] = ()
+    without: WithoutBadStations | None = None
+    free: tuple[FreeDirection, ...] = ()
 
 
 class Protocol(StrEnum):

@@ -7,7 +7,8 @@ import math
 from rich.console import Console
 
 from handeye_cli.records import BlameShares, HypothesisFit, Inspection, LengthRatio, SmoothResiduals
-from handeye_cli.render.console import show_findings, show_table
+from handeye_cli.render.console import show_table
+from handeye_cli.render.recording_summary import show_recording_summary
 from handeye_cli.render.residuals import show_residuals
 from handeye_cli.render.text import NOTHING, count, deg, mm, mrad, pixels
 
@@ -15,13 +16,15 @@ _CAUSES = ("robot", "camera", "intrinsics", "plate", "timing")
 
 
 def show_inspection(inspection: Inspection, console: Console) -> None:
-    """Print an inspection, its verdict first."""
-    used = sum(station.used for station in inspection.stations)
-    stations = f"{used} of {count(len(inspection.stations), 'station')} usable"
-    console.print(f"{_verdict(inspection)} ({inspection.setup.value}, {stations})\n", style="bold")
-    show_findings(console, inspection.diagnosis)
-    if inspection.diagnosis:
-        console.print()
+    """Print an inspection, its verdict first; its findings are not part of it."""
+    console.print(f"{_verdict(inspection)}{_scope(inspection)}\n", style="bold")
+    if inspection.recording is not None:
+        show_recording_summary(inspection.recording, console)
+    if inspection.stations:
+        _show_stations(inspection, console)
+
+
+def _show_stations(inspection: Inspection, console: Console) -> None:
     if inspection.predicted_error is not None:
         error = inspection.predicted_error
         console.print(
@@ -39,7 +42,20 @@ def show_inspection(inspection: Inspection, console: Console) -> None:
     show_residuals(inspection.stations, console)
 
 
+def _scope(inspection: Inspection) -> str:
+    used = sum(station.used for station in inspection.stations)
+    stations = f"{used} of {count(len(inspection.stations), 'station')} usable"
+    known = [
+        inspection.setup.value if inspection.setup else "",
+        stations if inspection.stations else "",
+    ]
+    return f" ({', '.join(filter(None, known))})" if any(known) else ""
+
+
 def _verdict(inspection: Inspection) -> str:
+    if not inspection.stations and inspection.recording is not None:
+        reads = "cannot be read as it is" if inspection.errors else "can be read"
+        return f"This recording {reads}"
     if inspection.errors:
         return "An answer from these data would be meaningless"
     if any(finding.severity == "warning" for finding in inspection.diagnosis):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS
 from handeye_cli.errors import UsageError
+from handeye_cli.estimation import choose_pairs
 from handeye_cli.geometry.error_formulas import StationNoise
 from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import FloatArray, IntArray, Noise
 from handeye_cli.records.simulation import SimulationSetting
-from handeye_cli.solve import choose_pairs
 
 MOST_TRIALS = 100_000
 MOST_STATIONS = 1_000

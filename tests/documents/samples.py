@@ -46,9 +46,19 @@ from handeye_cli.records import (
     UncertainPose,
     Verification,
     VerificationRow,
+    WithoutBadStations,
 )
 from handeye_cli.records.line import WrittenRotation
 from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
+from handeye_cli.records.recording_summary import (
+    LinkSummary,
+    MissingFlag,
+    Motion,
+    PauseSummary,
+    RecordingSummary,
+    TopicSummary,
+    UsedParts,
+)
 
 COMPARISON = (
     Comparison("maximum-likelihood", 0.0, 0.0, 8.1e-4, 1.9e-4, 9.3e-4, 2.7e-4),
@@ -104,6 +114,7 @@ FINDINGS = (
     Finding("one-bad-station", "warning", "station 03: 12 mrad off, \u00b0 and: #", "leave it out"),
     Finding("few-stations", "info", "only 3"),
 )
+FREE = (FreeDirection(PosePart.TRANSLATION, np.array([0.6, 0.0, 0.8]), "base", "along z"),)
 FACTORS = CriticalFactors(  # angles that come back from degrees to the last bit
     stations=12,
     axes_angle=Spread(1.0, 0.25, np.pi / 2),
@@ -193,6 +204,8 @@ def calibration(rng: np.random.Generator, setup: Setup = Setup.EYE_IN_HAND) -> C
         factors=FACTORS,
         improvements=IMPROVEMENTS,
         comparison=COMPARISON,
+        without=WithoutBadStations(("01",), 1 / 3000, 1e-4),
+        free=FREE,
         diagnosis=FINDINGS,
         camera=camera(rng),
         provenance=PROVENANCE,
@@ -251,10 +264,39 @@ def inspection(rng: np.random.Generator) -> Inspection:
             HypothesisFit("pose-units", "in mm", "--pose-units mm", 1e-3, 1e-4),
         ),
         length_ratio=LengthRatio(1.27, 1e-3),
-        free=(FreeDirection(PosePart.TRANSLATION, np.array([0.6, 0.0, 0.8]), "base", "along z"),),
+        free=FREE,
         predicted_error=PREDICTION,
         surfaces=SmoothResiduals(0.13, 0.05, 1e-3, 1e-4, -1e-3, 1e-5, 2e-3, 2e-5, 0.6, 0.2),
-        blame=BlameShares(1e-3, 4e-4, limit="robot", words="robot 0.4 mm, camera 0.1 mm", **shares),
+        blame=BlameShares(
+            1e-3,
+            4e-4,
+            limit="robot",
+            words="robot 0.4 mm, camera 0.1 mm",
+            findings=FINDINGS,
+            **shares,
+        ),
+        recording=RecordingSummary(
+            duration=12.5,
+            cut=True,
+            topics=(
+                TopicSummary("/c/image", "sensor_msgs/msg/Image", "cdr", 7, 1 / 3, "image"),
+                TopicSummary("12", "", "json", 0),
+            ),
+            links=(LinkSummary("base", "arm", Motion.MOVING, 90),),
+            pauses=(PauseSummary(0.1, 1 / 3, 4),),
+            ready=False,
+            used=UsedParts(
+                "/c/image",
+                "/c/info",
+                camera(rng),
+                "camera.yaml",
+                "/pose",
+                ("base", "tool"),
+                "log_time",
+            ),
+            missing=(MissingFlag("--target"), MissingFlag("--setup", ("a", "b"))),
+            command="handeye solve 'a b.mcap' --target SPEC",
+        ),
         provenance=PROVENANCE,
     )
 

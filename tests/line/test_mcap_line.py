@@ -1,5 +1,6 @@
 """From a robot's MCAP to the answer: the same as from a document of the same stations."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -91,6 +92,28 @@ def test_a_recording_without_its_end(handeye, folder, compressed, truth):
     assert_within_prediction(document["gripper_T_camera"], document, truth)
     assert "warning: the end of the recording is missing" in said
     assert "recording-cut" in [finding["code"] for finding in document["diagnosis"]]
+
+
+def test_a_recording_in_two_files(handeye, folder, compressed):
+    """The folder as a whole gives what one file gives; only the first has the static link."""
+    messages = RecordedRobot().messages()
+    middle = len(messages) // 2
+    split = folder / "split"
+    split.mkdir()
+    names = ["split_0.mcap", "split_1.mcap"]
+    for name, part in zip(names, [messages[:middle], messages[middle:]], strict=True):
+        bags.write(split / name, part)
+    listed = {"storage_identifier": "mcap", "relative_file_paths": names}
+    (split / "metadata.yaml").write_text(yaml.safe_dump({"rosbag2_bagfile_information": listed}))
+    at_once, _ = solved(handeye, compressed, *PLATE)
+    document, said = solved(handeye, split, *PLATE)
+    assert "2 files in this order: split_0.mcap, split_1.mcap" in said
+    (file,) = document["provenance"][0]["inputs"]
+    content = b"".join((split / name).read_bytes() for name in names)
+    assert file == {"file": str(split), "sha256": hashlib.sha256(content).hexdigest()}
+    for each in (at_once, document):
+        del each["provenance"], each["diagnosis"]
+    assert document == at_once
 
 
 def test_the_line_in_steps(handeye, compressed, tmp_path):

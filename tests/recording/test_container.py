@@ -1,16 +1,24 @@
 """The container: all layouts give the same messages, and damage is named."""
 
-import struct
+import os
+import tracemalloc
+from collections import Counter
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 import zstandard
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mcap.reader import NonSeekingReader
+from mcap.writer import CompressionType, IndexType, Writer
 from recording.bags import LAYOUTS, Robot, write
+from recording.surgery import CHUNK, CHUNK_INDEX, of_kind, put, signed, summary_start
 
 from handeye_cli.errors import InputError
-from handeye_cli.recording import container
+from handeye_cli.recording import container, framing
+from handeye_cli.recording.losses import Losses
 
 MESSAGES = Robot(stations=2, rate=20.0).messages()
 
@@ -20,8 +28,9 @@ def layout(request):
     return LAYOUTS[request.param]
 
 
-def everything(path):
-    return [(m.channel.topic, m.log_time_ns, m.data) for m in container.scan(path, lambda _: True)]
+def everything(path, losses=None):
+    found = container.scan(path, lambda _: True, losses or Losses())
+    return [(message.channel.topic, message.log_time_ns, message.data) for message in found]
 
 
 def reference(path):
@@ -32,11 +41,17 @@ def reference(path):
         ]
 
 
+def is_cut(path):
+    losses = Losses()
+    everything(path, losses)
+    return losses.cut == 1
+
+
 def test_scan_gives_what_the_reference_reader_gives(tmp_path, layout):
     path = write(tmp_path / "a.mcap", MESSAGES, **layout)
     assert everything(path) == reference(path)
     assert len(everything(path)) == len(MESSAGES)
-    assert not container.is_cut(path)
+    assert not is_cut(path)
 
 
 def test_only_wanted_channels_are_given_and_each_is_asked_for_once(tmp_path, layout):
@@ -47,15 +62,15 @@ def test_only_wanted_channels_are_given_and_each_is_asked_for_once(tmp_path, lay
         asked.append(channel.topic)
         return channel.topic == "/tf"
 
-    assert {m.channel.topic for m in container.scan(path, wanted)} == {"/tf"}
+    assert {m.channel.topic for m in container.scan(path, wanted, Losses())} == {"/tf"}
     assert sorted(asked) == ["/camera/camera_info", "/camera/image_raw", "/tf", "/tf_static"]
 
 
 def test_payloads_are_found_again_by_their_positions(tmp_path, layout):
     path = write(tmp_path / "a.mcap", MESSAGES, **layout)
-    chosen = list(container.scan(path, lambda channel: "image" in channel.topic))[::-7]
-    found = container.read_payloads(path, [message.position for message in chosen])
-    assert list(found) == [message.data for message in chosen]
+    found = list(container.scan(path, lambda channel: "image" in channel.topic, Losses()))[::-7]
+    payloads = [data for topic, _, data in reference(path) if "image" in topic][::-7]
+    assert list(container.read_payloads([each.position for each in found])) == payloads
 
 
 def test_cut_file_gives_what_comes_before_the_cut(tmp_path, layout):
@@ -68,7 +83,7 @@ def test_cut_file_gives_what_comes_before_the_cut(tmp_path, layout):
         cut.write_bytes(raw[: len(raw) * eighth // 8])
         found = everything(str(cut))
         assert found == whole[: len(found)]
-        assert container.is_cut(str(cut))
+        assert is_cut(str(cut))
         counts.append(len(found))
     assert all(few <= many for few, many in pairwise(counts))
     assert counts[3] > 0.25 * len(whole)
@@ -76,11 +91,13 @@ def test_cut_file_gives_what_comes_before_the_cut(tmp_path, layout):
 
 def test_cut_inside_any_part_of_a_record_is_only_a_cut(tmp_path):
     path = write(tmp_path / "a.mcap", MESSAGES[:6], use_chunking=False)
-    raw = (tmp_path / "a.mcap").read_bytes()
-    for length in range(8, len(raw), 11):
-        (tmp_path / "cut.mcap").write_bytes(raw[:length])
-        found = everything(str(tmp_path / "cut.mcap"))
-        assert found == everything(path)[: len(found)]
+    whole, size = everything(path), Path(path).stat().st_size
+    for length in reversed(range(8, size, 11)):
+        os.truncate(path, length)
+        losses = Losses()
+        found = everything(path, losses)
+        assert found == whole[: len(found)]
+        assert (losses.cut, losses.places) == (1, 0)
 
 
 def test_zeros_after_a_cut_are_not_read(tmp_path):
@@ -118,121 +135,135 @@ def test_what_cannot_be_opened_is_named(tmp_path, name):
         everything(str(tmp_path / name))
 
 
-def flipped(raw, offset):
-    return raw[:offset] + bytes([raw[offset] ^ 0x55]) + raw[offset + 1 :]
-
-
-@pytest.mark.parametrize("name", ["zstd", "lz4", "plain"])
-def test_flipped_byte_in_a_chunk_is_named(tmp_path, name):
-    path = write(tmp_path / "a.mcap", MESSAGES, **LAYOUTS[name])
-    raw = (tmp_path / "a.mcap").read_bytes()
-    (tmp_path / "a.mcap").write_bytes(flipped(raw, len(raw) // 3))
-    with pytest.raises(InputError, match="found damage") as caught:
-        everything(path)
-    assert "a.mcap, byte " in caught.value.where
-    assert "mcap recover" in caught.value.hint
-
-
-def first_chunk(raw):
-    """Return where the chunk record, and its compression's name, start."""
-    offset = 8
-    while raw[offset] != 6:
-        offset += 9 + struct.unpack_from("<Q", raw, offset + 1)[0]
-    return offset, offset + 9 + 8 + 8 + 8 + 4
-
-
-@pytest.mark.parametrize(
-    ("change", "found"),
-    [
-        (lambda raw, chunk, name: raw[: name + 4] + b"gzip" + raw[name + 8 :], "'gzip'"),
-        (
-            lambda raw, chunk, name: raw[: chunk + 25] + struct.pack("<Q", 2**40) + raw[name - 4 :],
-            str(2**40),
-        ),
-        (
-            lambda raw, chunk, name: raw[: chunk + 1] + struct.pack("<Q", 2**62) + raw[chunk + 9 :],
-            str(2**62),
-        ),
-        (lambda raw, chunk, name: raw[:chunk] + b"\0" + raw[chunk + 1 :], "opcode 0"),
-    ],
-    ids=["compression", "unpacked size", "record length", "opcode"],
-)
-def test_damaged_chunk_is_named(tmp_path, change, found):
-    path = write(tmp_path / "a.mcap", MESSAGES)
-    raw = (tmp_path / "a.mcap").read_bytes()
-    chunk, name = first_chunk(raw)
-    (tmp_path / "a.mcap").write_bytes(change(raw, chunk, name))
-    with pytest.raises(InputError, match=found) as caught:
-        everything(path)
-    assert caught.value.where == f"{path}, byte {chunk}"
-
-
-def test_damaged_length_inside_a_chunk_loses_nothing_silently(tmp_path):
-    path = write(tmp_path / "a.mcap", MESSAGES, **LAYOUTS["no-crc"])
-    raw = bytearray((tmp_path / "a.mcap").read_bytes())
-    topics = {"/tf"}
-    message = next(m for m in container.scan(path, lambda c: c.topic in topics))
-    content_start = first_chunk(raw)[1] + 4 + 8
-    raw[content_start + message.position.start - 22 - 8 + 4] = 0xFF
-    (tmp_path / "a.mcap").write_bytes(raw)
-    with pytest.raises(InputError, match=r"a record of .* bytes in a chunk of"):
-        everything(path)
-
-
 def test_positions_of_another_file_are_refused(tmp_path):
     path = write(tmp_path / "a.mcap", MESSAGES)
-    position = container.Position(10**9, 0, 10)
-    with pytest.raises(InputError, match="found damage"):
-        list(container.read_payloads(path, [position]))
-    chunk = first_chunk((tmp_path / "a.mcap").read_bytes())[0]
-    with pytest.raises(InputError, match="found damage"):
-        list(container.read_payloads(path, [container.Position(chunk, 0, 10**9)]))
+    chunk = of_kind(Path(path).read_bytes(), CHUNK)[0].offset
+    for place in [(10**9, 0, 10), (None, 10**9, 10**9 + 1), (chunk, 0, 10**9), (8, 0, 10)]:
+        with pytest.raises(InputError, match="found damage"):
+            list(container.read_payloads([container.Position(path, *place)]))
 
 
 def test_memory_does_not_grow_with_the_file(tmp_path):
-    import tracemalloc
-
     peaks = []
     for count in (20, 200):
         big = [(t, "/big", "sensor_msgs/Image", bytes(50_000)) for t in range(count)]
         path = write(tmp_path / "big.mcap", big, chunk_size=100_000)
         tracemalloc.start()
-        assert sum(1 for _ in container.scan(path, lambda _: True)) == count
+        assert sum(1 for _ in container.scan(path, lambda _: True, Losses())) == count
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]
 
 
-def record(opcode, content):
-    return struct.pack("<BQ", opcode, len(content)) + content
+SMALL = st.tuples(st.integers(0, 3), st.integers(0, 2**63), st.binary(max_size=60))
 
 
-def chunk_of(records):
-    return record(6, struct.pack("<QQQIIQ", 0, 0, len(records), 0, 0, len(records)) + records)
+@given(
+    messages=st.lists(SMALL, max_size=30),
+    extras=st.lists(st.integers(0, 30), max_size=3),
+    options=st.fixed_dictionaries(
+        {
+            "compression": st.sampled_from(CompressionType),
+            "index_types": st.sampled_from([*IndexType, IndexType.NONE, IndexType.ALL]),
+            "chunk_size": st.sampled_from([1, 50, 400, 10**6]),
+        }
+        | {
+            name: st.booleans()
+            for name in (
+                "repeat_channels", "repeat_schemas", "use_chunking", "use_statistics",
+                "use_summary_offsets", "enable_crcs", "enable_data_crcs",
+            )
+        }
+    ),
+)  # fmt: skip
+@settings(max_examples=150, deadline=None)
+def test_every_layout_of_the_official_writer_is_read_as_by_the_official_reader(
+    tmp_path_factory, messages, extras, options
+):
+    path = tmp_path_factory.mktemp("layout") / "a.mcap"
+    file = BytesIO()
+    writer = Writer(file, **options)
+    writer.start()
+    schema = writer.register_schema("a/B", "ros2msg", b"uint8 x")
+    channels = {}
+    for index, (number, time, payload) in enumerate(messages):
+        if index in extras:
+            writer.add_metadata("name", {"key": "value"})
+            writer.add_attachment(1, 2, "file", "text/plain", b"text")
+        if number not in channels:
+            channels[number] = writer.register_channel(f"/{number}", "x", schema * (number > 0))
+        writer.add_message(channels[number], time, payload, time)
+    writer.finish()
+    path.write_bytes(file.getvalue())
+    losses = Losses()
+    assert everything(str(path), losses) == reference(path)
+    assert losses == Losses()
+    wanted = Counter(each for each in reference(path) if each[0] == "/1")
+    found = container.scan(str(path), lambda channel: channel.topic == "/1", losses)
+    assert Counter((m.channel.topic, m.log_time_ns, m.data) for m in found) == wanted
+    assert losses == Losses()
 
 
-@pytest.mark.parametrize(
-    ("records", "found"),
-    [
-        (record(5, struct.pack("<HIQQ", 9, 0, 1, 1) + b"x"), "a message of channel 9"),
-        (record(5, b"short"), "requires a buffer of"),
-        (chunk_of(record(5, b"short") + record(99, bytes(30))), "requires a buffer of"),
-        (record(4, struct.pack("<HH", 1, 7) + bytes(12)), "7"),
-        (record(3, struct.pack("<HI", 1, 10**9)), "EndOfFile"),
-        (record(6, b""), "EndOfFile"),
-    ],
-    ids=[
-        "undeclared channel",
-        "message head",
-        "message head in a chunk",
-        "missing schema",
-        "schema text",
-        "empty chunk",
-    ],
-)
-def test_damaged_record_is_named(tmp_path, records, found):
-    end = record(15, bytes(4)) + record(2, bytes(20)) + container.MAGIC
-    (tmp_path / "a.mcap").write_bytes(container.MAGIC + record(1, bytes(8)) + records + end)
-    with pytest.raises(InputError, match=found) as caught:
-        everything(str(tmp_path / "a.mcap"))
-    assert caught.value.where.endswith("a.mcap, byte 25")
+@pytest.fixture
+def bytes_read(monkeypatch):
+    """Count what is read out of files."""
+    read, count = framing.FileBytes.read, []
+
+    def counting(self, start, stop):
+        count.append(stop - start)
+        return read(self, start, stop)
+
+    monkeypatch.setattr(framing.FileBytes, "read", counting)
+    return lambda: sum(count)
+
+
+@pytest.mark.parametrize("name", ["no-chunks", "no-crc"])
+def test_payloads_that_nobody_asks_for_are_not_read(tmp_path, bytes_read, name):
+    big = [(t, "/big", "sensor_msgs/Image", bytes(50_000)) for t in range(50)]
+    path = write(tmp_path / "a.mcap", big, chunk_size=100_000, **LAYOUTS[name])
+    messages = list(container.scan(path, lambda _: True, Losses()))
+    assert len(messages) == 50
+    assert bytes_read() < 20_000
+
+
+def mixed(path, **options):
+    """Write a few messages of use among large ones of a topic that is of none."""
+    big = [(t, "/cloud", "sensor_msgs/PointCloud2", bytes(5_000)) for t in range(100)]
+    small = [(t + 0.5, "/tf", "tf2_msgs/msg/TFMessage", bytes([t])) for t in range(0, 100, 25)]
+    messages = sorted(big + small, key=lambda message: message[0])
+    return write(path, [(int(t), *rest) for t, *rest in messages], chunk_size=9_000, **options)
+
+
+def transforms(path, losses=None):
+    found = container.scan(path, lambda channel: channel.topic == "/tf", losses or Losses())
+    return [message.data for message in found]
+
+
+@pytest.mark.parametrize(("name", "looked_into"), [("zstd", 4), ("plain", 4), ("no-index", 50)])
+def test_chunks_without_a_message_of_use_are_passed_over(tmp_path, monkeypatch, name, looked_into):
+    chunks = []
+
+    def content_of(file, chunk):
+        chunks.append(chunk.offset)
+        return real(file, chunk)
+
+    real = container.content_of
+    monkeypatch.setattr(container, "content_of", content_of)
+    path = mixed(tmp_path / "a.mcap", **LAYOUTS[name])
+    assert transforms(path) == [bytes([t]) for t in range(0, 100, 25)]
+    assert len(chunks) == looked_into
+
+
+def test_an_index_that_hides_messages_is_found_out(tmp_path):
+    """It says of every chunk that it holds only what is of no use; the counts say otherwise."""
+    path = mixed(tmp_path / "a.mcap", **LAYOUTS["plain"])
+    raw = Path(path).read_bytes()
+    start = summary_start(raw)
+    for index in of_kind(raw, CHUNK_INDEX):
+        for offset in range(index.start + 36, index.stop - 28, 10):
+            raw = put(raw, offset, b"\1\0")
+    Path(path).write_bytes(signed(raw, start))
+    losses = Losses()
+    assert transforms(path, losses) == []
+    assert losses.messages == 4
+    assert "0 messages of /tf, of which it counts 4" in losses.first

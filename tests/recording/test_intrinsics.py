@@ -1,5 +1,8 @@
 """CameraInfo into a camera, checked by where points fall."""
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
 
@@ -18,7 +21,7 @@ def info(model="plumb_bob", d=(0.1, 0.2, 0.3, 0.4, 0.5), *, k=K, p=P, binning=(0
 @pytest.mark.parametrize(
     ("model", "count"),
     [("plumb_bob", 0), ("plumb_bob", 4), ("plumb_bob", 5), ("rational_polynomial", 8),
-     ("equidistant", 4)],
+     ("rational_polynomial", 12), ("equidistant", 4)],
 )  # fmt: skip
 def test_plain_camera(model, count):
     d = tuple(0.01 * n for n in range(1, count + 1))
@@ -63,6 +66,34 @@ def test_binning_and_region_move_a_pixel_with_the_camera():
 def test_unknown_distortion_is_refused(model, d, found):
     with pytest.raises(InputError, match=found):
         camera_of(info(model, d), "/cam/image_raw")
+
+
+def test_foxglove_calls_equidistant_kannala_brandt():
+    d = (0.1, 0.2, 0.3, 0.4)
+    camera = camera_of(info("kannala_brandt", d), "/cam/image_raw")
+    assert camera == camera_of(info("equidistant", d), "/cam/image_raw")
+    assert camera.model == "equidistant"
+
+
+@pytest.mark.parametrize(
+    ("changed", "found"),
+    [
+        ({"k": (math.nan, *K[1:])}, "nan, 610, 319.5, 239.5"),
+        ({"k": (-600.0, *K[1:])}, "-600, 610, 319.5"),
+        ({"k": (*K[:4], 0.0, *K[5:])}, "600, 0, 319.5"),
+        ({"k": (*K[:5], math.inf, *K[6:])}, "319.5, inf"),
+        ({"d": (0.1, math.nan, 0.0, 0.0)}, "0.1, nan, 0, 0"),
+    ],
+)
+def test_numbers_of_no_camera_are_refused(changed, found):
+    with pytest.raises(InputError, match=found) as caught:
+        camera_of(info(**changed), "/cam/image_raw")
+    assert "positive focal lengths" in caught.value.message
+
+
+def test_camera_without_a_size_is_refused():
+    with pytest.raises(InputError, match="found 0 x 480"):
+        camera_of(dataclasses.replace(info(), width=0), "/cam/image_raw")
 
 
 def test_no_model_and_no_distortion_is_a_pinhole():

@@ -79,8 +79,8 @@ def test_depth_alone_is_refused_by_its_encoding(survey_of, wanted):
 
 
 def test_no_image_topic_lists_what_there_is(survey_of):
-    content = survey_of(*ARM, (ns(0), "/image", "foxglove.CompressedImage", b""))
-    with pytest.raises(InputError, match=r"/image \(foxglove.CompressedImage as cdr\)"):
+    content = survey_of(*ARM, (ns(0), "/cloud", "foxglove.PointCloud", b""))
+    with pytest.raises(InputError, match=r"/cloud \(foxglove.PointCloud as cdr\)"):
         selection.images(content, None)
 
 
@@ -89,6 +89,32 @@ def test_channels_in_other_encodings_are_listed_not_read(survey_of):
     content = survey_of(*ARM, image("/image"), schemas=other)
     with pytest.raises(InputError, match=r"/image \(sensor_msgs/msg/Image as json\)"):
         selection.images(content, None)
+
+
+@pytest.mark.parametrize("wanted", [None, "/video"])
+def test_video_is_named_with_what_to_record(survey_of, wanted):
+    content = survey_of(*ARM, (ns(0), "/video", "foxglove.CompressedVideo", b""))
+    with pytest.raises(InputError, match=r"found video: /video \(foxglove.Comp") as caught:
+        selection.images(content, wanted)
+    assert "single frames" in caught.value.hint
+
+
+def test_video_beside_images_is_in_nobodys_way(survey_of):
+    video = (ns(0), "/video", "foxglove_msgs/msg/CompressedVideo", b"")
+    content = survey_of(image("/left/image_raw"), video)
+    assert selection.images(content, None).topic == "/left/image_raw"
+    with pytest.raises(InputError, match="found video"):
+        selection.images(content, "/video")
+    with pytest.raises(InputError, match="found '/left/imag_raw'"):
+        selection.images(content, "/left/imag_raw")
+
+
+@pytest.mark.parametrize("topic", ["/depth/image", "/camera/aligned_depth_to_color/image_raw"])
+def test_sixteen_bits_are_depths_by_the_name_of_the_topic(survey_of, topic):
+    content = survey_of(image(topic, "16UC1"), image("/infra/image", "16UC1"))
+    assert selection.images(content, None).topic == "/infra/image"
+    with pytest.raises(InputError, match="'16UC1', which holds depths"):
+        selection.images(content, topic)
 
 
 def test_file_without_messages_says_so(survey_of):
@@ -205,8 +231,66 @@ def test_several_pose_topics_are_listed(survey_of):
 def test_poses_in_two_frames_are_refused_where_they_are_used(survey_of):
     content = survey_of(*ARM, pose("/tcp", "base"), pose("/tcp", "map"))
     assert chain_of(content) == ("world", "wrist")
-    with pytest.raises(InputError, match="'base', 'map'"):
+    with pytest.raises(InputError, match="'/tcp' in 'base', '/tcp' in 'map'"):
         chain_of(content, pose_topic="/tcp")
+
+
+@pytest.mark.parametrize("schema", ["foxglove.PosesInFrame", "geometry_msgs/msg/PoseArray"])
+@pytest.mark.parametrize("wanted", [None, "/poses"])
+def test_several_poses_in_a_message_are_named_with_what_to_record(survey_of, schema, wanted):
+    content = survey_of(static("base", "wrist"), (ns(0), "/poses", schema, b""))
+    with pytest.raises(InputError, match="found several poses in a message: /poses") as caught:
+        chain_of(content, pose_topic=wanted)
+    assert "record the gripper's own pose" in caught.value.hint
+
+
+def test_several_poses_in_a_message_are_in_nobodys_way(survey_of):
+    poses = (ns(0), "/poses", "foxglove.PosesInFrame", b"")
+    assert chain_of(survey_of(*ARM, poses)) == ("world", "wrist")
+    assert chain_of(survey_of(pose("/tcp"), poses)) == ("base", "/tcp")
+
+
+def test_joint_angles_alone_need_the_robots_description(survey_of):
+    payload = ros2.joint_state(ns(0), {"elbow": 0.1})
+    joints = (ns(0), "/joint_states", "sensor_msgs/msg/JointState", payload)
+    with pytest.raises(InputError, match=r"expected a moving frame .* /joint_states") as caught:
+        chain_of(survey_of(joints))
+    assert "/robot_description" in caught.value.hint
+
+
+def test_odometry_names_the_frame_it_is_of(survey_of):
+    payload = ros2.odometry(ns(0), "/odom", "flange", STILL)
+    odometry = (ns(0), "/robot/odom", "nav_msgs/msg/Odometry", payload)
+    assert chain_of(survey_of(odometry)) == ("odom", "flange")
+    assert chain_of(survey_of(*ARM, odometry), pose_topic="/robot/odom") == ("odom", "flange")
+    other = (ns(1), "/robot/odom", "nav_msgs/msg/Odometry", ros2.odometry(ns(1), "odom", "", STILL))
+    with pytest.raises(InputError, match="'flange' in 'odom', '/robot/odom' in 'odom'"):
+        chain_of(survey_of(odometry, other))
+
+
+def test_single_transforms_are_links_of_the_tree(survey_of):
+    rng = np.random.default_rng(1)
+    links = [
+        (ns(t), topic, "geometry_msgs/msg/TransformStamped",
+         ros2.transform(ns(t), parent, child, numbers_of(random_pose(rng))))
+        for t in range(3)
+        for topic, parent, child in (("/arm", "base", "arm"), ("/wrist", "arm", "wrist"))
+    ]  # fmt: skip
+    assert chain_of(survey_of(*links)) == ("base", "wrist")
+
+
+def test_foxglove_transform_that_is_sent_once_holds_for_all_time(survey_of):
+    def sent(t, parent, child, numbers):
+        payload = ros2.frame_transform(ns(t), parent, child, numbers)
+        return ns(t), "/tf", "foxglove_msgs/msg/FrameTransform", payload
+
+    rng = np.random.default_rng(1)
+    moving = [sent(t, "base", "wrist", numbers_of(random_pose(rng))) for t in range(3)]
+    content = survey_of(sent(0, "world", "base", STILL), *moving)
+    assert {(link.child, link.static) for link in content.links} == {
+        ("base", True), ("wrist", False),
+    }  # fmt: skip
+    assert chain_of(content) == ("world", "wrist")
 
 
 def test_pose_topic_that_is_not_there_is_named(survey_of):

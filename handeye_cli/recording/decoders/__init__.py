@@ -1,1 +1,1 @@
-"""One module for each message schema: `decode` takes a generically decoded message apart."""
+"""One module for each message schema: its definition, and `decode`, which makes it one of ours."""

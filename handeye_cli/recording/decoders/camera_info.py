@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from handeye_cli.recording.decoders import ros
+from handeye_cli.recording.layout import Record
 from handeye_cli.recording.messages import CameraInfoMessage
 
 _REGION = {
@@ -17,21 +16,21 @@ DEFINITION = ros.definition(
     "uint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n",
     ros.HEADER | _REGION,
 )
-"""Its fields, the same in every release of ROS 2."""
+"""Its fields, the same in every release of ROS 2; ROS 1 calls four of them D, K, R and P."""
 
 
-def decode(message: Any) -> CameraInfoMessage:
-    """Return a decoded ROS message as ours."""
-    roi = message.roi
+def decode(message: Record) -> CameraInfoMessage:
+    """Return a decoded message as ours."""
+    roi = message["roi"]
     return CameraInfoMessage(
-        header=ros.decode_header(message.header),
-        width=message.width,
-        height=message.height,
-        distortion_model=message.distortion_model,
-        d=tuple(message.d),
-        k=tuple(message.k),
-        p=tuple(message.p),
-        binning_x=message.binning_x,
-        binning_y=message.binning_y,
-        roi=(roi.x_offset, roi.y_offset, roi.width, roi.height),
+        header=ros.decode_head(message),
+        width=message["width"],
+        height=message["height"],
+        distortion_model=message["distortion_model"],
+        d=tuple(message["d"]),
+        k=tuple(message["k"]),
+        p=tuple(message["p"]),
+        binning_x=message["binning_x"],
+        binning_y=message["binning_y"],
+        roi=(roi["x_offset"], roi["y_offset"], roi["width"], roi["height"]),
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from handeye_cli.recording.decoders import ros
+from handeye_cli.recording.decoders.ros import HEAD_FIELDS, decode_head
+from handeye_cli.recording.layout import Record
 from handeye_cli.recording.messages import ImageMessage
+
+__all__ = ["DEFINITION", "HEAD_FIELDS", "decode", "decode_head"]
 
 DEFINITION = ros.definition(
     "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
@@ -15,14 +17,14 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Any) -> ImageMessage:
-    """Return a decoded ROS message as ours."""
+def decode(message: Record) -> ImageMessage:
+    """Return a decoded message as ours."""
     return ImageMessage(
-        header=ros.decode_header(message.header),
-        height=message.height,
-        width=message.width,
-        encoding=message.encoding,
-        is_bigendian=bool(message.is_bigendian),
-        step=message.step,
-        data=bytes(message.data),
+        header=decode_head(message),
+        height=message["height"],
+        width=message["width"],
+        encoding=message["encoding"],
+        is_bigendian=bool(message["is_bigendian"]),
+        step=message["step"],
+        data=message["data"],
     )

@@ -1,0 +1,84 @@
+"""What is wrong with stations before they are solved: their conventions, and bad ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from handeye_cli.chain import Chain
+from handeye_cli.diagnosis.bad_findings import findings_of_bad, reasons_of_bad
+from handeye_cli.diagnosis.bad_stations import find_bad_stations
+from handeye_cli.diagnosis.conventions import judge_conventions
+from handeye_cli.errors import UndeterminedError
+from handeye_cli.finding_codes import INTRINSICS_DOUBTFUL
+from handeye_cli.records import BadStations, ConventionVerdict, Finding, Stations
+
+
+@dataclass(frozen=True)
+class Examined:
+    """The stations of a document that an answer should rest on.
+
+    Attributes:
+        everybody: The chain of all usable stations.
+        chain: That of the good ones.
+        verdict: Whether they fit what was declared of them.
+        reasons: Why stations are left out, by their position in the document.
+        findings: What is wrong with them.
+    """
+
+    everybody: Chain
+    chain: Chain
+    verdict: ConventionVerdict
+    reasons: Mapping[int, str]
+    findings: tuple[Finding, ...]
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """What makes an answer meaningless."""
+        return tuple(finding for finding in self.findings if finding.severity == "error")
+
+
+def examine(stations: Stations, everybody: Chain, *, thorough: bool = False) -> Examined:
+    """Look for contradictions among stations and between them and what was declared of them.
+
+    Args:
+        stations: The document.
+        everybody: The chain of its usable stations.
+        thorough: Whether other conventions are tried even where the declared ones fit.
+    """
+    verdict = judge_conventions(stations, everybody, thorough=thorough)
+    if verdict.contradiction:
+        return Examined(everybody, everybody, verdict, {}, verdict.findings)
+    if any(finding.code == INTRINSICS_DOUBTFUL for finding in stations.findings):
+        # poses by wrong intrinsics disagree without any of them being a mistake
+        return Examined(everybody, everybody, verdict, {}, verdict.findings)
+    bad = _bad_stations(everybody, stations)
+    names = [stations.stations[index].name for index in everybody.index]
+    reasons = reasons_of_bad(bad, names)
+    return Examined(
+        everybody=everybody,
+        chain=everybody.part(bad.kept) if reasons else everybody,
+        verdict=verdict,
+        reasons={int(everybody.index[row]): reason for row, reason in reasons.items()},
+        findings=(*verdict.findings, *findings_of_bad(bad, names, stations.setup)),
+    )
+
+
+def _bad_stations(everybody: Chain, stations: Stations) -> BadStations:
+    try:
+        return find_bad_stations(everybody, stations.noise)
+    except np.linalg.LinAlgError:
+        # motions that determine nothing are told of where an answer is tried
+        return BadStations(len(everybody.A))
+
+
+def require_sound(examined: Examined) -> None:
+    """Refuse stations from which an answer would be meaningless.
+
+    Raises:
+        UndeterminedError: They contradict each other, or what was declared of them.
+    """
+    for finding in examined.errors:
+        raise UndeterminedError(finding.message, hint=finding.advice or None)

@@ -1,0 +1,18 @@
+"""`geometry_msgs/PoseWithCovarianceStamped`; the covariance is not used."""
+
+from __future__ import annotations
+
+from handeye_cli.recording.decoders import ros
+from handeye_cli.recording.layout import Record
+from handeye_cli.recording.messages import PoseStamped
+
+DEFINITION = ros.definition(
+    "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
+    ros.HEADER | ros.POSE_WITH_COVARIANCE,
+)
+"""Its fields, the same in every release of ROS 2."""
+
+
+def decode(message: Record) -> PoseStamped:
+    """Return a decoded message as ours."""
+    return PoseStamped(ros.decode_head(message), **ros.decode_pose(message["pose"]["pose"]))

@@ -1,0 +1,14 @@
+"""`std_msgs/String`."""
+
+from __future__ import annotations
+
+from handeye_cli.recording.layout import Record
+from handeye_cli.recording.messages import TextMessage
+
+DEFINITION = "string data\n"
+"""Its only field, the same in every release of ROS."""
+
+
+def decode(message: Record) -> TextMessage:
+    """Return a decoded message as ours."""
+    return TextMessage(message["data"])
