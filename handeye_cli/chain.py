@@ -66,9 +66,8 @@ def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
         if station.camera_T_target is not None
     ]
     if len(usable) < fewest:
-        plural = "stations" if fewest > 1 else "station"
         raise UndeterminedError(
-            f"expected at least {fewest} {plural} with a target pose, found {len(usable)} "
+            f"expected at least {MIN_STATIONS} stations with a target pose, found {len(usable)} "
             f"of {len(stations.stations)}",
             hint="record more stations; 'handeye extract' lists why images were not used",
         )

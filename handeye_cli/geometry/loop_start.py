@@ -8,6 +8,7 @@ determines, so neither a missing axis nor its noise does harm.
 from __future__ import annotations
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,24 @@ def _spread_rotations() -> FloatArray:
     return rotations.matrix_from_quaternion(grid[len(grid) // 2 + 1 :])
 
 
+class _Place(NamedTuple):
+    """Where K searches stand.
+
+    Attributes:
+        X: (K, 4, 4).
+        Z: (K, 4, 4).
+        normal: (K, 12, 12) information of a station.
+        gradient: (K, 12) of half the mean square.
+        cost: (K,) mean squares.
+    """
+
+    X: FloatArray
+    Z: FloatArray
+    normal: FloatArray
+    gradient: FloatArray
+    cost: FloatArray
+
+
 def _damped_steps(
     A: FloatArray,
     B: FloatArray,
@@ -76,32 +95,30 @@ def _damped_steps(
         damping: Of the first step.
         steps: How many at most.
     """
-    place = (X, Z, *_normal_equations(A, B, X, Z, unit))
-    strength = np.full(len(X), damping)
+    place, strength = _place(A, B, X, Z, unit), np.full(len(X), damping)
     for _ in range(steps):
-        X, Z, normal, gradient, cost = place
-        damped = normal + strength[:, None, None] * np.eye(12)
-        step = -np.linalg.solve(damped, gradient[..., None])[..., 0] * np.tile(unit, 2)
-        X, Z = se3.perturb(X, step[:, :6]), se3.perturb(Z, step[:, 6:])
-        tried = (X, Z, *_normal_equations(A, B, X, Z, unit))
-        nearer = tried[-1] < cost
-        place = tuple(
-            np.where(nearer.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
-            for new, old in zip(tried, place, strict=True)
-        )
-        level = (strength <= _WEAKEST) & (cost - tried[-1] <= _SETTLED * cost + _NOTHING)
+        damped = place.normal + strength[:, None, None] * np.eye(12)
+        step = np.linalg.solve(damped, -place.gradient[..., None])[..., 0].reshape(-1, 2, 6) * unit
+        X, Z = se3.perturb(place.X, step[:, 0]), se3.perturb(place.Z, step[:, 1])
+        before, tried = place.cost, _place(A, B, X, Z, unit)
+        nearer = tried.cost < before
+        place = _Place(*(_chosen(nearer, *each) for each in zip(tried, place, strict=True)))
+        level = (strength <= _WEAKEST) & (before - tried.cost <= _SETTLED * before + _NOTHING)
         if np.all(np.where(nearer, level, strength > _STRONG)):
             break
         strength = np.where(nearer, np.maximum(strength * _RELIEF, _WEAKEST), strength * _RETREAT)
-    return place[0], place[1], place[-1]
+    return place.X, place.Z, place.cost
 
 
-def _normal_equations(
-    A: FloatArray, B: FloatArray, X: FloatArray, Z: FloatArray, unit: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the (K, 12, 12) information of a station, the (K, 12) gradient, the (K,) squares."""
+def _chosen(first: NDArray[np.bool_], yes: FloatArray, no: FloatArray) -> FloatArray:
+    """Return the rows of `yes` where (K,) `first` is true, and those of `no` elsewhere."""
+    return np.where(first.reshape(-1, *(1,) * (yes.ndim - 1)), yes, no)
+
+
+def _place(A: FloatArray, B: FloatArray, X: FloatArray, Z: FloatArray, unit: FloatArray) -> _Place:
+    """Linearise the loops, in units that weigh alike, at (K, 4, 4) X and Z."""
     loop = loop_jacobians(A, B, X, Z)
     J, left = loop.by_unknowns * np.tile(unit, 2) / unit[:, None], loop.residuals / unit
     normal = np.einsum("knai,knaj->kij", J, J) / len(A)
     gradient = np.einsum("knai,kna->ki", J, left) / len(A)
-    return normal, gradient, np.mean(np.sum(left**2, axis=-1), axis=-1)
+    return _Place(X, Z, normal, gradient, np.mean(np.sum(left**2, axis=-1), axis=-1))

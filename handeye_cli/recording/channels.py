@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from mcap.opcode import Opcode
@@ -92,10 +92,13 @@ class Channels:
             raise DamageError(f"a message of channel {channel_id}, which was never declared")
         return None
 
-    def none_wanted(self, channel_ids: frozenset[int]) -> bool:
+    def all_known(self, channel_ids: Collection[int]) -> bool:
+        """Return whether all of some channels were declared, and there is one."""
+        return bool(channel_ids) and self._channels.keys() >= set(channel_ids)
+
+    def none_wanted(self, channel_ids: Collection[int]) -> bool:
         """Return whether all of some channels are known, there is one, and none is wanted."""
-        known = bool(channel_ids) and channel_ids <= self._channels.keys()
-        return known and not channel_ids & self._used
+        return self.all_known(channel_ids) and self._used.isdisjoint(channel_ids)
 
     def counted(self, stated: Iterable[tuple[int, int]]) -> Iterator[tuple[str, int, int]]:
         """Yield topic, stated number and found number of messages of each wanted channel."""

@@ -159,6 +159,8 @@ class _Scan:
         for record in self._summary.declarations:
             with suppress(DamageError):  # the messages' part of the file declares it again
                 self._channels.declare(record.opcode, file.read(record.start, record.stop))
+        # otherwise a chunk without a message of use may still declare what others need
+        self._may_skip = self._channels.all_known(self._summary.counts)
 
     def messages(self) -> Iterator[RawMessage]:
         """Yield the messages of the wanted channels."""
@@ -206,7 +208,8 @@ class _Scan:
 
     def _chunk(self, chunk: Record) -> Iterator[RawMessage]:
         """Yield the messages in a chunk; what is behind a broken record in it is lost."""
-        if self._channels.none_wanted(self._summary.channels_in(chunk)):
+        ids = self._summary.channels_in(chunk)
+        if self._may_skip and self._channels.none_wanted(ids):
             return
         left = chunk.stop - chunk.offset
         try:

@@ -29,7 +29,7 @@ def test_a_missing_file(handeye, tmp_path):
 
 @pytest.mark.parametrize("command", ["extract", "extrinsics", "solve", "verify"])
 def test_a_folder(handeye, tmp_path, command):
-    refused(handeye(command, tmp_path), str(tmp_path), "Is a directory")
+    refused(handeye(command, tmp_path), str(tmp_path), "expected MCAP files in a folder")
 
 
 def test_a_missing_recording(handeye, tmp_path):

@@ -75,7 +75,7 @@ def truths_twin(perfect, answer):
         return place, held @ se3.difference(found, place)
 
     amounts = np.zeros(len(twists))
-    for _ in range(6):
+    for _ in range(4):
         slopes = [
             (left(amounts + 1e-6 * e)[1] - left(amounts - 1e-6 * e)[1]) for e in np.eye(len(twists))
         ]
@@ -120,13 +120,13 @@ def test_the_error_of_the_determined_part_is_as_predicted(kind, trials):
         told = answer.predicted_error
         predicted.append(np.square([scale * told.rotation, scale * told.translation]))
     freedom = trials * (12 - sum(COUNTS[kind]))
-    low, high = chi2.ppf([0.001, 0.999], freedom)
+    low, high = chi2.ppf([0.005, 0.995], freedom)
     assert low < total < high
     rotations_free, translations_free = COUNTS[kind]
     determined = np.array([rotations_free < 3, translations_free < 3])
     ratio = np.mean(squares, axis=0)[determined] / np.mean(predicted, axis=0)[determined]
-    # a mean square of at least one degree of freedom a trial
-    assert np.all(np.abs(ratio - 1.0) < 4.0 * np.sqrt(2.0 / trials))
+    # two directions a trial, or more that differ in size
+    assert np.all(np.abs(ratio - 1.0) < 3.5 * np.sqrt(1.5 / trials))
     np.testing.assert_array_equal(np.mean(predicted, axis=0)[~determined], 0.0)
 
 
@@ -134,7 +134,7 @@ def test_the_error_of_the_determined_part_is_as_predicted(kind, trials):
 def test_estimated_noise_predicts_as_well(kind):
     """In the determined part about 95 % are within their radius, and the noise is the true one."""
     inside, rotation = [], []
-    for seed in range(40):
+    for seed in range(25):
         perfect, document, chain = noisy(kind, seed, LOW)
         answer = solve_partial(document, chain)
         error, told = error_of(perfect, answer), answer.predicted_error
@@ -144,7 +144,7 @@ def test_estimated_noise_predicts_as_well(kind):
         assert answer.noise_estimated
         assert answer.noise_freedom > 3.0
     share = np.mean(inside, axis=0)
-    assert np.all(share >= 0.85)
+    assert np.all(share >= 0.8)
     assert np.sqrt(np.mean(rotation)) == pytest.approx(LOW.robot_rotation, rel=0.15)
 
 
@@ -171,10 +171,10 @@ def test_free_directions_are_held_and_have_no_covariance(kind, noise):
                     0.0, abs=1e-10
                 )
             else:
-                turned = rotations.exp(np.array([[-1e-3], [0.0], [1e-3]]) * each.direction)
-                apart = rotations.angle(turned @ X[:3, :3] @ expected[:3, :3].T)
-                assert apart[1] < apart[0]
-                assert apart[1] < apart[2]
+                # of all turns about the axis that leaves the least: no vector part along it
+                apart = rotations.quaternion_from_matrix(X[:3, :3] @ expected[:3, :3].T)
+                assert each.direction @ apart[:3] == pytest.approx(0.0, abs=1e-10)
+                assert apart[3] >= 0.0
 
 
 def test_another_choice_is_the_same_answer_moved():
@@ -260,7 +260,7 @@ def test_one_station_shows_no_noise():
 def test_two_stations_show_one_level_of_noise():
     """Two residuals: the level is right in the mean, and hardly certain."""
     levels = []
-    for seed in range(40):
+    for seed in range(24):
         _, document, chain = noisy("two stations", seed, LOW, with_covariance=seed % 2 == 0)
         answer = solve_partial(document, chain)
         levels.append(answer.noise.robot_rotation)

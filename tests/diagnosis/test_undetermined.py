@@ -16,6 +16,7 @@ from handeye_cli.geometry.observability import motion_spread
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.motion_check import check_certainty, check_count, check_freedom, check_motions
 from handeye_cli.records import Noise, PosePart, PredictedError
+from handeye_cli.solve import solve
 from handeye_cli.solvers.motions import interstation_motions
 
 NONE = np.zeros((0, 3))
@@ -52,6 +53,14 @@ def test_degenerate_stations_are_refused_with_the_right_direction(kind, noise, s
     for axis in axes:
         assert np.linalg.norm(np.cross(axis, perfect.axis)) < 4.0 * sigma + 1e-7
         assert vector_text(axis, setup.mount) in caught.value.message
+
+
+@pytest.mark.parametrize("kind", COUNTS)
+def test_the_calibration_refuses_them_for_that_and_nothing_else(kind):
+    _, document, chain = noisy(kind, 2, LOW)
+    with pytest.raises(UndeterminedError) as caught:
+        solve(document)
+    assert caught.value.message.endswith(explain(free_directions(chain), document.setup))
 
 
 @pytest.mark.parametrize("noise", [NO_NOISE, LOW, HIGH], ids=["none", "low", "high"])

@@ -22,8 +22,8 @@ PLATE = ("--target", "disc-grid:6x6:5mm:4mm")
 FILES = {
     "none.yaml": ["none.yaml", "No such file"],
     "none.mcap": ["none.mcap", "No such file"],
-    "folder": ["folder", "Is a directory"],
-    "folder.mcap": ["folder.mcap", "Is a directory"],
+    "folder": ["folder", "expected MCAP files in a folder", "an empty folder"],
+    "folder.mcap": ["folder.mcap", "expected MCAP files in a folder", "an empty folder"],
     "pipe.mcap": ["pipe.mcap", "found a device or pipe"],
     "pipe": ["pipe", "expected a document, found nothing"],
     "/dev/zero": ["/dev/zero: expected a document of at most 1 MB, found more"],
@@ -158,10 +158,10 @@ MOTIONS = {
     "none-seen": (none_seen, [], ["at least 3 stations with a target pose, found 0 of 12"]),
     "pure-translation": (pure_translation, [], ["stations that differ in rotation", "0 deg"]),
     "one-axis": (one_axis, [], ["found only one", "the gripper's y axis"]),
-    "shifted": (shifted, [], ["images and poses belong together"]),
+    "shifted": (shifted, [], ["one place later in the list"]),
     "inverted": (unchanged, INVERTED, ["--robot-poses"]),
     "wxyz": (unchanged, WXYZ, ["--quaternion-order"]),
-    "millimetres": (millimetres, [], ["--pose-units"]),
+    "millimetres": (millimetres, [], ["translations in one unit, m or mm"]),
 }
 """What is done to good stations, flags, parts of the message."""
 
@@ -267,7 +267,7 @@ RECORDINGS = {
     ),
     "yaml": (lambda bag: b"schema: x", [*EYE, *PLATE], 3, ["starts with b'schema: '"]),
     "ros-1": (lambda bag: b"#ROSBAG V2.0\n", [*EYE, *PLATE], 3, ["ROS 1 bag", "mcap convert"]),
-    "flipped-bit": (flipped, [*EYE, *PLATE], 3, ["a.mcap, byte", "found damage", "mcap recover"]),
+    "flipped-bit": (flipped, [*EYE, *PLATE], 4, ["a.mcap", "none of 4"]),
     "start-only": (lambda bag: bag[:300], [*EYE, *PLATE], 3, ["expected an image topic", "cut"]),
     "no-setup": (lambda bag: bag, PLATE, 3, ["a.mcap", "give --setup eye-in-hand or eye-to-hand"]),
     "no-target": (lambda bag: bag, EYE, 2, ["target", "--target, such as disc-grid"]),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import zstandard
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.reader import NonSeekingReader
 from mcap.writer import CompressionType, IndexType, Writer
@@ -176,6 +176,11 @@ SMALL = st.tuples(st.integers(0, 3), st.integers(0, 2**63), st.binary(max_size=6
         }
     ),
 )  # fmt: skip
+@example(  # the schema stands in the chunk of a channel that has none
+    messages=[(0, 0, b""), (1, 0, b"")],
+    extras=[],
+    options={"compression": CompressionType.NONE, "chunk_size": 1, "repeat_schemas": False},
+)
 @settings(max_examples=150, deadline=None)
 def test_every_layout_of_the_official_writer_is_read_as_by_the_official_reader(
     tmp_path_factory, messages, extras, options
