@@ -74,11 +74,25 @@ def _bad_stations(everybody: Chain, stations: Stations) -> BadStations:
         return BadStations(len(everybody.A))
 
 
+def require_conventions(stations: Stations, everybody: Chain) -> None:
+    """Refuse stations that contradict what was declared of them.
+
+    Raises:
+        UndeterminedError: They do; it names what fits.
+    """
+    _refuse(judge_conventions(stations, everybody).findings)
+
+
 def require_sound(examined: Examined) -> None:
     """Refuse stations from which an answer would be meaningless.
 
     Raises:
         UndeterminedError: They contradict each other, or what was declared of them.
     """
-    for finding in examined.errors:
-        raise UndeterminedError(finding.message, hint=finding.advice or None)
+    _refuse(examined.findings)
+
+
+def _refuse(findings: tuple[Finding, ...]) -> None:
+    for finding in findings:
+        if finding.severity == "error":
+            raise UndeterminedError(finding.message, hint=finding.advice or None)

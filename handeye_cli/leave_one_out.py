@@ -25,6 +25,7 @@ from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.estimation import choose_pairs, estimate
+from handeye_cli.examination import require_conventions
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.held_out import (
     SIGNIFICANCE,
@@ -94,6 +95,7 @@ def leave_one_out(
             f"found {count}",
             hint="record more stations",
         )
+    require_conventions(stations, chain)
     found = leave_out(stations, chain, method=method, pairs=pairs)
     chances = _chances(found)
     rotation, translation = rms_of(found.covariances)

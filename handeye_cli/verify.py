@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.errors import UndeterminedError, UsageError
+from handeye_cli.examination import require_conventions
 from handeye_cli.existing import check_moved, check_unmoved
 from handeye_cli.held_out import held_out_errors, predict_errors
 from handeye_cli.held_out_pixels import pixel_errors
@@ -44,6 +45,7 @@ def verify(
             f"to verify with, found {usable}",
             hint=f"--leave-one-out needs {MIN_STATIONS + 1}; or record more stations",
         )
+    require_conventions(stations, chain)
     counts = list(counts) if counts else [usable // 2]
     for count in counts:
         if count < MIN_STATIONS or 2 * count > usable:

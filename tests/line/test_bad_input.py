@@ -161,7 +161,7 @@ MOTIONS = {
     "shifted": (shifted, [], ["one place later in the list"]),
     "inverted": (unchanged, INVERTED, ["--robot-poses"]),
     "wxyz": (unchanged, WXYZ, ["--quaternion-order"]),
-    "millimetres": (millimetres, [], ["translations in one unit, m or mm"]),
+    "millimetres": (millimetres, [], ["m or mm"]),
 }
 """What is done to good stations, flags, parts of the message."""
 
