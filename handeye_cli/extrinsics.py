@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from handeye_cli import intrinsics, targets
+from handeye_cli import intrinsics, robot_readings, targets
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.geometry import consensus, pnp
+from handeye_cli.geometry import pnp
 from handeye_cli.records import (
     Camera,
     Features,
@@ -152,7 +152,7 @@ def _nothing_seen(stations: Sequence[Station]) -> UndeterminedError:
 def _fit(views: Views, camera: Camera, setup: Setup) -> _Fit:
     candidates = pose_candidates(views, camera)
     robot = views.reference_R_mount(setup)
-    choice = consensus.choose(robot, candidates.poses[..., :3, :3], candidates.penalties)
+    choice = robot_readings.choose(robot, candidates.poses[..., :3, :3], candidates.penalties)
     poses = candidates.poses[np.arange(len(robot)), choice.index]
     squares = pnp.squared_residuals(poses, views.seen, camera.lens)
     count = 2 * views.seen.mask.sum(axis=1)

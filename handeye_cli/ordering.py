@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from handeye_cli.geometry import consensus, rotations, se3
+from handeye_cli import robot_readings
+from handeye_cli.geometry import rotations, se3
 from handeye_cli.intrinsics import camera_or_calibrated
 from handeye_cli.records import Features, FloatArray, IntArray, Station
 from handeye_cli.views import Views, pose_candidates, views_of
@@ -41,7 +42,7 @@ def order_consistently(
     poses = (flips.poses[:, None] @ turned[None, :, None]).reshape(count, -1, 4, 4)
     penalties = np.repeat(flips.penalties[:, None], len(turns), axis=1).reshape(count, -1)
     robot = views.reference_R_mount(features.setup)
-    choice = consensus.choose(robot, poses[..., :3, :3], penalties)
+    choice = robot_readings.choose(robot, poses[..., :3, :3], penalties)
     chosen = choice.index // flips.poses.shape[1]
     return replace(features, stations=_renumbered(features.stations, views, turns, chosen))
 

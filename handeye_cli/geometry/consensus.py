@@ -42,10 +42,13 @@ class Choice:
         index: (N,) which candidate.
         margin: Chi-square by which the best of all other answers, with another R_X, fits worse;
             infinite where there is none.
+        misfit: Median angle by which the stations disagree under it, radians; 0 where the robot did
+            not decide.
     """
 
     index: IntArray
     margin: float
+    misfit: float = 0.0
 
 
 def choose(robot: FloatArray, candidates: FloatArray, penalties: FloatArray) -> Choice:
@@ -76,10 +79,10 @@ def choose(robot: FloatArray, candidates: FloatArray, penalties: FloatArray) -> 
         more_X, more_Z = zip(*common, strict=True)
         R_X, R_Z = np.concatenate([R_X, more_X]), np.concatenate([R_Z, more_Z])
         scale = min(max(_SMALLEST_SCALE, 2.0 * float(medians[leaders[0]])), _FIRST_SCALE)
-    costs, choices, _ = _assign(robot, candidates, penalties, (R_X, R_Z), scale)
+    costs, choices, medians = _assign(robot, candidates, penalties, (R_X, R_Z), scale)
     winner, *others = _leaders(costs, R_X)
     margin = float(costs[others[0]] - costs[winner]) if others else np.inf
-    return Choice(choices[winner], margin)
+    return Choice(choices[winner], margin, float(medians[winner]))
 
 
 def _leaders(costs: FloatArray, R_X: FloatArray) -> list[int]:
