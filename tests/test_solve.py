@@ -176,7 +176,7 @@ def test_shifted_lists_are_refused():
         replace(row, base_T_gripper=pose)
         for row, pose in zip(document.stations, poses[1:] + poses[:1], strict=True)
     ]
-    with pytest.raises(UndeterminedError, match="turn by the same angles as the robot"):
+    with pytest.raises(UndeterminedError, match="one place earlier in the list"):
         solve(replace(document, stations=tuple(rows)))
 
 
