@@ -27,7 +27,7 @@ def test_chi_square_is_that_of_scipy(count):
 @pytest.mark.parametrize("above", [1.0, 3.0, 20.0, 900.0])
 @pytest.mark.parametrize("below", [1.0, 4.5, 60.0, 30000.0])
 def test_f_is_that_of_scipy(above, below):
-    for ratio in stats.f.ppf([1e-6, 0.2, 0.8, 1 - 1e-3, 1 - 1e-9], above, below):
+    for ratio in stats.f.ppf([1e-3, 0.2, 0.8, 1 - 1e-3, 1 - 1e-9], above, below):
         assert f_tail(ratio, above, below) == pytest.approx(
             stats.f.sf(ratio, above, below), rel=1e-8
         )
