@@ -6,8 +6,9 @@ that `import handeye_cli` waits for nothing. `docs/python.md` has examples.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from handeye_cli.lazily import loader
 
 if TYPE_CHECKING:
     from handeye_cli.api import Answers, solve_batch, solve_poses, verify_poses
@@ -42,12 +43,7 @@ _HOMES = {
     "handeye_cli.records": ("Calibration", "Noise", "Stations", "Verification"),
 }
 
-
-def __getattr__(name: str) -> Any:
-    for home, names in _HOMES.items():
-        if name in names:
-            return getattr(import_module(home), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = loader(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

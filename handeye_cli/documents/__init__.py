@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar, cast
 
 from handeye_cli.documents import files, layout, schema, text
 from handeye_cli.documents.context import NO_FLAGS, Context, ReadOptions, context_of
@@ -25,21 +25,32 @@ from handeye_cli.documents.files import (
 from handeye_cli.documents.layout import Form
 from handeye_cli.documents.place import Place
 from handeye_cli.documents.poses import PoseConventions
-from handeye_cli.errors import InputError
-from handeye_cli.records import (
-    Calibration,
-    Features,
-    Inspection,
-    Plan,
-    Recording,
-    Simulation,
-    Stations,
-    Verification,
-)
+
+if TYPE_CHECKING:
+    from handeye_cli.records import (
+        Calibration,
+        Features,
+        Inspection,
+        Plan,
+        Recording,
+        Simulation,
+        Stations,
+        Verification,
+    )
+
+    Record = (
+        Recording
+        | Features
+        | Stations
+        | Calibration
+        | Verification
+        | Inspection
+        | Plan
+        | Simulation
+    )
 
 __all__ = [
     "ReadOptions",
-    "Record",
     "Source",
     "as_written",
     "check_destination",
@@ -55,21 +66,7 @@ __all__ = [
     "write_text",
 ]
 
-Record = (
-    Recording | Features | Stations | Calibration | Verification | Inspection | Plan | Simulation
-)
-AnyRecord = TypeVar("AnyRecord", bound=Record)
-
-_KINDS: dict[type, str] = {
-    Recording: "recording",
-    Features: "features",
-    Stations: "stations",
-    Calibration: "calibration",
-    Verification: "verification",
-    Inspection: "inspection",
-    Plan: "plan",
-    Simulation: "simulation",
-}
+AnyRecord = TypeVar("AnyRecord", bound="Record")
 
 
 class _Kind(Protocol):
@@ -118,9 +115,6 @@ def read_source(
     data = text.parse(content, label)
     kind = schema.kind_of(data, label)
     schema.validate(data, kind, label)
-    if kind not in _KINDS.values():
-        message = f"expected a document of a calibration, found one of a {kind}"
-        raise InputError(message, where=label, hint=f"kinds: {', '.join(_KINDS.values())}")
     folder = Path() if source == files.STDIN else Path(source).parent
     record = _module(kind).record_from_data(data, context_of(data, options, label, folder))
     return Source(source, hashlib.sha256(content).hexdigest(), record)
@@ -136,7 +130,7 @@ def as_written(record: AnyRecord) -> AnyRecord:
     Raises:
         InputError: The record cannot be a document: its images are no files.
     """
-    module = _module(_KINDS[type(record)])
+    module = _module(_kind_of(record))
     context = Context(Place("a record"), Path(), record.setup, PoseConventions())
     return cast(AnyRecord, module.record_from_data(module.data_from_record(record), context))
 
@@ -148,7 +142,7 @@ def dump(record: Record, form: Form) -> str:
         InputError: The record cannot be a document: its images are no files.
         ValueError: A number of the record is not finite.
     """
-    return layout.dump(_module(_KINDS[type(record)]).data_from_record(record), form)
+    return layout.dump(_module(_kind_of(record)).data_from_record(record), form)
 
 
 def dump_data(data: Mapping[str, Any], form: Form) -> str:
@@ -178,6 +172,11 @@ def write(record: Record, destination: str, force: bool = False) -> None:
 def form_of(path: str) -> Form:
     """Return the form of a document by the ending of its file."""
     return "json" if Path(path).suffix.lower() == ".json" else "yaml"
+
+
+def _kind_of(record: Record) -> str:
+    """Return the kind of document a record makes, which its class is named after."""
+    return type(record).__name__.lower()
 
 
 def _module(kind: str) -> _Kind:

@@ -101,21 +101,33 @@ def _likelihood(
 
     The design must have full rank.
     """
-    covariance = known + np.tensordot(variances, shapes, axes=1)
+    count, size = len(shapes), design.shape[-1]
+    covariance = known + _rows(shapes, count).T.dot(variances).reshape(known.shape)
     weight = np.linalg.inv(covariance)
     WJ = weight @ design
-    M = np.einsum("nij,nik->jk", design, WJ)
+    J_flat, WJ_flat = design.reshape(-1, size), WJ.reshape(-1, size)
+    M = J_flat.T @ WJ_flat
     M_inverse = np.linalg.inv(M)
-    fitted = M_inverse @ np.einsum("nij,ni->j", WJ, residuals)
+    fitted = M_inverse @ (WJ_flat.T @ residuals.ravel())
     Pe = (weight @ (residuals - design @ fitted)[..., None])[..., 0]
     WV, VWJ = weight @ shapes, shapes @ WJ
-    WVWJ = weight @ VWJ
-    MG = M_inverse @ np.einsum("nia,knib->kab", WJ, VWJ)
-    trace = np.einsum("knii->k", WV) - np.einsum("kaa->k", MG)
-    quadratic = np.einsum("ni,kni->k", Pe, (shapes @ Pe[..., None])[..., 0])
-    mixed = np.tensordot(VWJ @ M_inverse, WVWJ, axes=([1, 2, 3], [1, 2, 3]))
-    crossed = np.einsum("knij,lnji->kl", WV, WV) + np.einsum("kab,lba->kl", MG, MG)
+    MG = M_inverse @ (WJ_flat.T @ VWJ.reshape(count, -1, size))
+    trace = _rows(shapes, count) @ weight.ravel() - np.trace(MG, axis1=1, axis2=2)
+    quadratic = _rows(shapes @ Pe[..., None], count) @ Pe.ravel()
+    mixed = _rows(VWJ @ M_inverse, count) @ _rows(weight @ VWJ, count).T
+    crossed = _trace_of_products(WV) + _trace_of_products(MG)
     information = 0.5 * crossed - mixed
     log_det = np.sum(np.linalg.slogdet(covariance)[1]) + np.linalg.slogdet(M)[1]
-    value = -0.5 * (log_det + float(np.sum(residuals * Pe)))
+    value = -0.5 * (log_det + float(residuals.ravel() @ Pe.ravel()))
     return float(value), 0.5 * (quadratic - trace), information
+
+
+def _rows(values: FloatArray, count: int) -> FloatArray:
+    """Return arrays as rows: their products with each other are sums over everything else."""
+    return values.reshape(count, -1)
+
+
+def _trace_of_products(matrices: FloatArray) -> FloatArray:
+    """Return the (K, K) traces of the products of (K, ..., m, m) matrices, summed over the rest."""
+    count = len(matrices)
+    return np.asarray(_rows(matrices, count) @ _rows(np.swapaxes(matrices, -1, -2), count).T)

@@ -3,17 +3,15 @@
 Frozen, with arrays in float64, metres and radians. A pose is a 4x4 homogeneous matrix. Covariances
 are 6x6 in the order (x, y, z, rx, ry, rz), of a perturbation in the parent frame: `t + dt`,
 `Exp(dr) R`.
+
+What only some commands need is loaded when it is asked for: a record costs half a millisecond.
 """
 
 from __future__ import annotations
 
-from handeye_cli.records.bad_stations import (
-    BadKind,
-    BadStation,
-    BadStations,
-    TargetMove,
-    WithoutBadStations,
-)
+from typing import TYPE_CHECKING
+
+from handeye_cli.lazily import loader
 from handeye_cli.records.basics import (
     Camera,
     Finding,
@@ -25,10 +23,6 @@ from handeye_cli.records.basics import (
     TargetSpec,
     UncertainPose,
 )
-from handeye_cli.records.blame import BlameShares, SmoothResiduals
-from handeye_cli.records.free import FreeDirection, PosePart
-from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
-from handeye_cli.records.inspection import Inspection
 from handeye_cli.records.line import (
     Features,
     ImageSource,
@@ -39,7 +33,6 @@ from handeye_cli.records.line import (
     Stations,
     WrittenRotation,
 )
-from handeye_cli.records.partial import PartialAnswer
 from handeye_cli.records.results import (
     Calibration,
     Comparison,
@@ -56,7 +49,21 @@ from handeye_cli.records.results import (
     Verification,
     VerificationRow,
 )
-from handeye_cli.records.simulation import Simulation
+
+if TYPE_CHECKING:
+    from handeye_cli.records.bad_stations import (
+        BadKind,
+        BadStation,
+        BadStations,
+        TargetMove,
+        WithoutBadStations,
+    )
+    from handeye_cli.records.blame import BlameShares, SmoothResiduals
+    from handeye_cli.records.free import FreeDirection, PosePart
+    from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
+    from handeye_cli.records.inspection import Inspection
+    from handeye_cli.records.partial import PartialAnswer
+    from handeye_cli.records.simulation import Simulation
 
 __all__ = [
     "BadKind",
@@ -106,3 +113,31 @@ __all__ = [
     "WithoutBadStations",
     "WrittenRotation",
 ]
+
+_HOMES = {
+    "handeye_cli.records.bad_stations": (
+        "BadKind",
+        "BadStation",
+        "BadStations",
+        "TargetMove",
+        "WithoutBadStations",
+    ),
+    "handeye_cli.records.blame": (
+        "BlameShares",
+        "SmoothResiduals",
+    ),
+    "handeye_cli.records.free": (
+        "FreeDirection",
+        "PosePart",
+    ),
+    "handeye_cli.records.hypotheses": (
+        "ConventionVerdict",
+        "HypothesisFit",
+        "LengthRatio",
+    ),
+    "handeye_cli.records.inspection": ("Inspection",),
+    "handeye_cli.records.partial": ("PartialAnswer",),
+    "handeye_cli.records.simulation": ("Simulation",),
+}
+
+__getattr__ = loader(__name__, _HOMES)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from handeye_cli.conventions import Setup
-from handeye_cli.records.bad_stations import WithoutBadStations
 from handeye_cli.records.basics import (
     Camera,
     Finding,
@@ -15,8 +15,11 @@ from handeye_cli.records.basics import (
     ProvenanceStep,
     UncertainPose,
 )
-from handeye_cli.records.free import FreeDirection
-from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
+
+if TYPE_CHECKING:
+    from handeye_cli.records.bad_stations import WithoutBadStations
+    from handeye_cli.records.free import FreeDirection
+    from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 
 
 @dataclass(frozen=True)
