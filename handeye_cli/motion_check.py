@@ -10,10 +10,8 @@ import numpy as np
 
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.conventions import Setup
-from handeye_cli.diagnosis.undetermined import explain, free_directions
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry import statistics
-from handeye_cli.geometry.free_directions import Freedom
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.observability import (
     MotionSpread,
@@ -58,10 +56,17 @@ def check_count(chain: Chain, setup: Setup, recorded: int) -> None:
     if len(chain.A) < MIN_STATIONS:
         raise UndeterminedError(
             f"expected at least {MIN_STATIONS} stations with a target pose, found {len(chain.A)} "
-            f"of {recorded}: {explain(free_directions(chain), setup)}",
+            f"of {recorded}: {_left_open(chain, setup)}",
             hint="record more stations; 'handeye extract' lists why images were not used. "
             f"{_WAY_OUT}",
         )
+
+
+def _left_open(chain: Chain, setup: Setup, least: tuple[int, int] = (0, 0)) -> str:
+    """Return what stations leave open in words; what finds it is loaded with the error only."""
+    from handeye_cli.diagnosis.undetermined import explain, free_directions
+
+    return explain(free_directions(chain, least=least), setup)
 
 
 def check_freedom(chain: Chain, given: Noise | None, setup: Setup) -> None:
@@ -75,6 +80,8 @@ def check_freedom(chain: Chain, given: Noise | None, setup: Setup) -> None:
     Raises:
         UndeterminedError: Something is free; it is named.
     """
+    from handeye_cli.diagnosis.undetermined import explain, free_directions
+
     free = free_directions(chain, given)
     if any(free.counts):
         raise UndeterminedError(
@@ -106,17 +113,16 @@ def check_motions(chain: Chain, pairs: IntArray, setup: Setup) -> MotionSpread:
             "quaternion order (--quaternion-order)",
         )
     if spread.largest_angle <= noise:
-        free = free_directions(chain, least=(0, 3))
         raise UndeterminedError(
             "expected stations that differ in rotation, found a largest interstation angle of "
             f"{np.degrees(spread.largest_angle):.2g} deg at a noise of "
-            f"{np.degrees(spread.mismatch):.2g} deg: {explain(free, setup)}",
+            f"{np.degrees(spread.mismatch):.2g} deg: {_left_open(chain, setup, (0, 3))}",
             hint=f"add stations turned about two different axes, by 20 deg or more; {_WAY_OUT}",
         )
     if spread.second_axis <= noise:
-        free = free_directions(chain, least=(0, 1))
         raise UndeterminedError(
-            f"expected rotations about two different axes, found only one: {explain(free, setup)}",
+            "expected rotations about two different axes, found only one: "
+            f"{_left_open(chain, setup, (0, 1))}",
             hint=f"add stations turned about another axis, by 20 deg or more; {_WAY_OUT}",
         )
     scale = screw_scale(*motions)
@@ -218,6 +224,9 @@ def check_certainty(
     hidden = spread.second_axis <= _HIDDEN * motion_noise
     if not hidden and error.rotation <= _LARGEST_SIGMA:
         return
+    from handeye_cli.diagnosis.undetermined import explain, free_directions
+    from handeye_cli.geometry.free_directions import Freedom
+
     free = Freedom(spread.main_axis[None], spread.main_axis[None])
     if chain is not None:
         free = free_directions(chain, given, least=(0, 1))

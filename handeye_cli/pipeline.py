@@ -7,30 +7,27 @@ command and a pipe of several give the same digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from handeye_cli.conventions import MM, MRAD, Setup
-from handeye_cli.errors import InputError, QualityGateError, UndeterminedError, UsageError
-from handeye_cli.records import (
-    Calibration,
-    Features,
-    Finding,
-    FloatArray,
-    Inspection,
-    Plan,
-    Recording,
-    Stations,
-    TargetSpec,
-    Verification,
-    VerificationRow,
-)
+from handeye_cli.conventions import Setup
+from handeye_cli.errors import InputError, UsageError
+from handeye_cli.records import Features, Recording, Stations
 
 if TYPE_CHECKING:
     from handeye_cli.planning.options import PlanOptions
+    from handeye_cli.records import (
+        Calibration,
+        Finding,
+        FloatArray,
+        Inspection,
+        Plan,
+        TargetSpec,
+        Verification,
+    )
 
 Handed = TypeVar("Handed", Features, Stations)
 
@@ -179,17 +176,6 @@ def _detector_sigma(features: Features) -> float | None:
     seen = (each.observation for each in features.stations)
     sigmas = [each.sigma_px for each in seen if each is not None and each.sigma_px is not None]
     return float(np.sqrt(np.mean(np.square(sigmas)))) if sigmas else None
-
-
-def require_meaning(inspection: Inspection) -> None:
-    """Check that an answer from inspected data would mean something.
-
-    Raises:
-        UndeterminedError: It would not.
-    """
-    errors = [finding.message for finding in inspection.errors]
-    if errors:
-        raise UndeterminedError("; ".join(errors), hint=inspection.errors[0].advice or None)
 
 
 def to_verification(
@@ -355,44 +341,6 @@ def with_target(record: Any, target: TargetSpec) -> Any:
 def _layout(target: TargetSpec) -> tuple[str, dict[str, Any]]:
     counts = {key: value for key, value in target.parameters.items() if not key.endswith("_mm")}
     return target.type, counts
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What every row of a verification must keep.
-
-    Attributes:
-        rotation_mrad: Largest RMS rotation error, or None.
-        translation_mm: Largest RMS translation error, or None.
-        consistent: Whether a row that contradicts its prediction is refused.
-    """
-
-    rotation_mrad: float | None = None
-    translation_mm: float | None = None
-    consistent: bool = False
-
-
-def check_limits(verification: Verification, limits: Limits) -> None:
-    """Compare every row of a verification with the limits.
-
-    Raises:
-        QualityGateError: A row is above a limit, or contradicts its prediction.
-    """
-    broken = [text for row in verification.rows for text in _broken(row, limits)]
-    if broken:
-        raise QualityGateError("; ".join(broken))
-
-
-def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
-    where = f"calibrated on {row.stations} stations"
-    for name, value, limit, unit in (
-        ("rotation", row.rotation / MRAD, limits.rotation_mrad, "mrad"),
-        ("translation", row.translation / MM, limits.translation_mm, "mm"),
-    ):
-        if limit is not None and value > limit:
-            yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
-    if limits.consistent and row.consistent is False:
-        yield f"{where}: the errors contradict the prediction"
 
 
 def findings_of(record: Any) -> tuple[Finding, ...]:

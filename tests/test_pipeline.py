@@ -1,12 +1,12 @@
-"""What a stage accepts, which flags can act on it, and the limits of a verification."""
+"""What a stage accepts, and which flags can act on it."""
 
 import numpy as np
 import pytest
 
 from handeye_cli import pipeline
 from handeye_cli.conventions import Setup
-from handeye_cli.errors import InputError, QualityGateError, UsageError
-from handeye_cli.pipeline import Limits, Steps
+from handeye_cli.errors import InputError, UsageError
+from handeye_cli.pipeline import Steps
 from handeye_cli.records import (
     Features,
     Plan,
@@ -15,8 +15,6 @@ from handeye_cli.records import (
     Stations,
     TargetSpec,
     UncertainPose,
-    Verification,
-    VerificationRow,
 )
 
 DISCS = {"rows": 6, "columns": 6, "spacing_mm": 5.0, "diameter_mm": 4.0}
@@ -78,46 +76,6 @@ def test_features_refuse_a_target_with_other_points(other):
 def test_poses_refuse_a_target():
     with pytest.raises(UsageError, match="--target cannot replace the target a stations document"):
         pipeline.with_target(STATIONS, PLATE)
-
-
-def verification(consistent):
-    rows = (
-        VerificationRow(4, 4.5e-3, 0.5e-3, None, None, None, ()),
-        VerificationRow(6, 3.5e-3, 0.7e-3, 1e-3, 1e-4, consistent, ()),
-    )
-    return Verification(EYE, "tsai-lenz", rows)
-
-
-@pytest.mark.parametrize(
-    ("limits", "messages"),
-    [
-        (
-            Limits(rotation_mrad=4),
-            ["4 stations: expected a rotation error up to 4 mrad, found 4.5"],
-        ),
-        (
-            Limits(translation_mm=0.6),
-            ["6 stations: expected a translation error up to 0.6 mm, fou"],
-        ),
-        (Limits(consistent=True), ["6 stations: the errors contradict the prediction"]),
-        (Limits(rotation_mrad=1), ["found 4.500; calibrated on 6", "found 3.500"]),
-    ],
-)
-def test_every_row_over_a_limit_is_named(limits, messages):
-    with pytest.raises(QualityGateError) as caught:
-        pipeline.check_limits(verification(consistent=False), limits)
-    for message in messages:
-        assert message in str(caught.value)
-
-
-@pytest.mark.parametrize("consistent", [True, None])
-def test_limits_that_are_kept(consistent):
-    limits = Limits(rotation_mrad=4.5, translation_mm=0.7, consistent=True)
-    pipeline.check_limits(verification(consistent), limits)
-
-
-def test_no_limits_keep_everything():
-    pipeline.check_limits(verification(consistent=False), Limits())
 
 
 def test_a_plan_aims_at_the_middle_of_the_target():

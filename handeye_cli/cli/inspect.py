@@ -34,7 +34,7 @@ def inspect(
     determined, and whether the robot, the camera or the plate is the limit. Exit code 4 when an
     answer would be meaningless; the findings are reported all the same.
     """
-    from handeye_cli import pipeline
+    from handeye_cli import gates, pipeline
 
     check_output(output)
     flags = given(source, mcap, camera_file, intrinsics)
@@ -48,4 +48,4 @@ def inspect(
         if summary is not None:
             inspection = replace(inspection, recording=summary.record.recording)
     finish("inspect", inspection, output, inputs, flags)
-    pipeline.require_meaning(inspection)
+    gates.require_meaning(inspection)

@@ -33,7 +33,7 @@ def verify(
     stations N+1 to 2N; with --leave-one-out it predicts each station from all others; with
     --calibration it checks an existing answer on all stations.
     """
-    from handeye_cli import pipeline, solvers
+    from handeye_cli import gates, pipeline, solvers
 
     check_output(output)
     solvers.load(solver.method)
@@ -56,7 +56,7 @@ def verify(
     flags = given(source, mcap, camera_file, protocol, intrinsics, solver)
     inputs += [] if existing is None else [existing]
     finish("verify", verification, output, inputs, flags)
-    pipeline.check_limits(
+    gates.check_limits(
         verification,
-        pipeline.Limits(protocol.max_rotation_mrad, protocol.max_translation_mm, protocol.strict),
+        gates.Limits(protocol.max_rotation_mrad, protocol.max_translation_mm, protocol.strict),
     )

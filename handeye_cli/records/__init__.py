@@ -39,15 +39,9 @@ from handeye_cli.records.results import (
     CriticalFactors,
     Improvement,
     PaperPrediction,
-    Plan,
-    PlannedStation,
     PredictedError,
-    Protocol,
     Spread,
-    StationError,
     StationResidual,
-    Verification,
-    VerificationRow,
 )
 
 if TYPE_CHECKING:
@@ -63,7 +57,14 @@ if TYPE_CHECKING:
     from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
     from handeye_cli.records.inspection import Inspection
     from handeye_cli.records.partial import PartialAnswer
+    from handeye_cli.records.plan import Plan, PlannedStation
     from handeye_cli.records.simulation import Simulation
+    from handeye_cli.records.verification import (
+        Protocol,
+        StationError,
+        Verification,
+        VerificationRow,
+    )
 
 __all__ = [
     "BadKind",
@@ -137,7 +138,14 @@ _HOMES = {
     ),
     "handeye_cli.records.inspection": ("Inspection",),
     "handeye_cli.records.partial": ("PartialAnswer",),
+    "handeye_cli.records.plan": ("Plan", "PlannedStation"),
     "handeye_cli.records.simulation": ("Simulation",),
+    "handeye_cli.records.verification": (
+        "Protocol",
+        "StationError",
+        "Verification",
+        "VerificationRow",
+    ),
 }
 
 __getattr__ = loader(__name__, _HOMES)

@@ -1,9 +1,8 @@
-"""Calibration, verification and plan: what people and systems take away."""
+"""The calibration: what people and systems take away."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from handeye_cli.conventions import Setup
@@ -19,7 +18,6 @@ from handeye_cli.records.basics import (
 if TYPE_CHECKING:
     from handeye_cli.records.bad_stations import WithoutBadStations
     from handeye_cli.records.free import FreeDirection
-    from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 
 
 @dataclass(frozen=True)
@@ -205,127 +203,3 @@ class Calibration:
     comparison: tuple[Comparison, ...] = ()
     without: WithoutBadStations | None = None
     free: tuple[FreeDirection, ...] = ()
-
-
-class Protocol(StrEnum):
-    """How the verification stations were kept apart from the calibration."""
-
-    SPLIT = "split"
-    """The paper's: calibrate on stations 1 to N, verify on N+1 to 2N."""
-    LEAVE_ONE_OUT = "leave-one-out"
-    """Each station is predicted by a calibration on all others."""
-    CALIBRATION = "calibration"
-    """An existing calibration on new stations, the target left in place."""
-    MOVED_TARGET = "calibration-moved-target"
-    """The same, the target's own pose taken from the other new stations."""
-
-
-@dataclass(frozen=True)
-class StationError:
-    """Error of the camera pose predicted for one verification station.
-
-    Attributes:
-        name: Name of the station.
-        rotation: Radians.
-        translation: Metres.
-        reprojection: RMS distance between the target's points as predicted and as seen, pixels;
-            None without pixels.
-        plate: The same on the target's plane, where the lines of sight of what was seen meet it,
-            metres.
-    """
-
-    name: str
-    rotation: float
-    translation: float
-    reprojection: float | None = None
-    plate: float | None = None
-
-
-@dataclass(frozen=True)
-class VerificationRow:
-    """One line of the paper's table: calibrated on N stations, verified on others.
-
-    Attributes:
-        stations: N, the number of stations calibrated on.
-        rotation: RMS rotation error over the verification stations, radians.
-        translation: RMS distance error over them, metres.
-        predicted_rotation: What the covariances predict for it, radians, or None.
-        predicted_translation: The same, metres, or None.
-        consistent: Whether seen and predicted agree within chance, or None when not judged.
-        errors: Each verification station's own errors.
-        reprojection: RMS of their errors in the image, pixels; None without pixels.
-        plate: RMS of their errors on the target's plane, metres; None without pixels.
-    """
-
-    stations: int
-    rotation: float
-    translation: float
-    predicted_rotation: float | None
-    predicted_translation: float | None
-    consistent: bool | None
-    errors: tuple[StationError, ...]
-    reprojection: float | None = None
-    plate: float | None = None
-
-
-@dataclass(frozen=True)
-class Verification:
-    """Held-out errors of a calibration, and how they were held out."""
-
-    setup: Setup
-    method: str
-    rows: tuple[VerificationRow, ...]
-    diagnosis: tuple[Finding, ...] = ()
-    provenance: tuple[ProvenanceStep, ...] = ()
-    protocol: Protocol = Protocol.SPLIT
-
-
-@dataclass(frozen=True)
-class PlannedStation:
-    """A station to go to.
-
-    Attributes:
-        name: Name of the station.
-        target_T_camera: (4, 4) pose of the camera in the target.
-        base_T_gripper: (4, 4) pose for the robot, when a guess of the calibration is known.
-        purpose: `calibrate` or `verify`.
-    """
-
-    name: str
-    target_T_camera: FloatArray
-    base_T_gripper: FloatArray | None = None
-    purpose: str = "calibrate"
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Stations to visit, and the pairs the closed form will use.
-
-    Attributes:
-        setup: Where the camera is fixed.
-        stations: Where to go, those to calibrate with first.
-        pairs: Interstation pairs (i, j) by index into `stations`.
-        predicted_error: Expected error of a calibration on these stations, and on those that were
-            recorded already where it adds to them.
-        noise: The levels the prediction rests on.
-        basis: Where they come from.
-        circle: The paper's layout, where the stations are others, to compare with.
-        moved: Stations that could not stay where that layout has them.
-        gains: What each station adds to those that were recorded already.
-        order: Names of all stations in the order of the shortest way, where that was asked for.
-        diagnosis: Findings about what it rests on.
-        provenance: How it came about.
-    """
-
-    setup: Setup
-    stations: tuple[PlannedStation, ...]
-    pairs: tuple[tuple[int, int], ...]
-    predicted_error: PredictedError | None = None
-    noise: Noise | None = None
-    diagnosis: tuple[Finding, ...] = ()
-    provenance: tuple[ProvenanceStep, ...] = ()
-    basis: PlanBasis | None = None
-    circle: CircleError | None = None
-    moved: tuple[MovedStation, ...] = ()
-    gains: tuple[Gain, ...] = ()
-    order: tuple[str, ...] = ()

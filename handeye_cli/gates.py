@@ -1,0 +1,59 @@
+"""What a result has to be worth: limits of a verification, and data that an answer can rest on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from handeye_cli.conventions import MM, MRAD
+from handeye_cli.errors import QualityGateError, UndeterminedError
+from handeye_cli.records import Inspection, Verification, VerificationRow
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What every row of a verification must keep.
+
+    Attributes:
+        rotation_mrad: Largest RMS rotation error, or None.
+        translation_mm: Largest RMS translation error, or None.
+        consistent: Whether a row that contradicts its prediction is refused.
+    """
+
+    rotation_mrad: float | None = None
+    translation_mm: float | None = None
+    consistent: bool = False
+
+
+def check_limits(verification: Verification, limits: Limits) -> None:
+    """Compare every row of a verification with the limits.
+
+    Raises:
+        QualityGateError: A row is above a limit, or contradicts its prediction.
+    """
+    broken = [text for row in verification.rows for text in _broken(row, limits)]
+    if broken:
+        raise QualityGateError("; ".join(broken))
+
+
+def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
+    where = f"calibrated on {row.stations} stations"
+    for name, value, limit, unit in (
+        ("rotation", row.rotation / MRAD, limits.rotation_mrad, "mrad"),
+        ("translation", row.translation / MM, limits.translation_mm, "mm"),
+    ):
+        if limit is not None and value > limit:
+            yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
+    if limits.consistent and row.consistent is False:
+        yield f"{where}: the errors contradict the prediction"
+
+
+def require_meaning(inspection: Inspection) -> None:
+    """Check that an answer from inspected data would mean something.
+
+    Raises:
+        UndeterminedError: It would not.
+    """
+    errors = [finding.message for finding in inspection.errors]
+    if errors:
+        raise UndeterminedError("; ".join(errors), hint=inspection.errors[0].advice or None)
