@@ -9,6 +9,7 @@ import numpy as np
 
 from handeye_cli.conventions import MM
 from handeye_cli.diagnosis.fits import Fit
+from handeye_cli.geometry import statistics
 from handeye_cli.records import Finding, TargetSpec
 from handeye_cli.records.hypotheses import LengthRatio
 
@@ -121,7 +122,7 @@ def _units(unit: _Unit, message: str, *, from_pixels: bool) -> LengthFault:
 
 def _too_far(fit: Fit, *, from_pixels: bool) -> LengthFault | None:
     """Refuse distances no robot cell has; on a circle about the target nothing else tells units."""
-    away = float(np.median(np.linalg.norm(fit.hypothesis.B[:, :3, 3], axis=1)))
+    away = statistics.median(np.linalg.norm(fit.hypothesis.B[:, :3, 3], axis=1))
     distances = {
         "the target is {} m away from the camera": away,
         "the camera would be {} m away from its mount": float(np.linalg.norm(fit.t_X)),

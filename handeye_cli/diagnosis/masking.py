@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from handeye_cli.diagnosis.robust_fit import Agreement
-from handeye_cli.geometry import rotations
+from handeye_cli.geometry import rotations, statistics
 from handeye_cli.geometry.block_loop import loop_covariances
 from handeye_cli.geometry.subsets import subsets
 
@@ -49,7 +49,7 @@ def _angle_noise(agreed: Agreement) -> float:
     i, j = subsets(len(A), 2, _MOST).T
     robot = rotations.angle(np.swapaxes(A[i], -1, -2) @ A[j])
     camera = rotations.angle(B[i] @ np.swapaxes(B[j], -1, -2))
-    size = float(np.quantile(np.abs(robot - camera), _PAIRS))
+    size = statistics.quantile(np.abs(robot - camera), _PAIRS)
     return size / (_PAIRS_SIZE * math.sqrt(2.0))
 
 
@@ -62,4 +62,4 @@ def _translation_noise(agreed: Agreement) -> float:
     rows = np.einsum("ct,mtij->mcij", _CONTRASTS, loops.A[triples, :3, :3]).reshape(-1, 6, 3)
     left = apart - rows @ (np.linalg.pinv(rows, rcond=_PARALLEL) @ apart)
     squares = np.sum(left**2, axis=(1, 2))
-    return float(np.sqrt(np.quantile(squares, _TRIPLES) / _TRIPLES_SQUARE))
+    return float(np.sqrt(statistics.quantile(squares, _TRIPLES) / _TRIPLES_SQUARE))

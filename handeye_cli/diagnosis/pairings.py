@@ -78,9 +78,7 @@ def _late_shifts(reading: Reading) -> Iterator[Hypothesis]:
     """Shifts by one place that begin at a station, as one lost or doubled picture makes them."""
     starts = reading.index[1:-1]
     spread = np.linspace(0, len(starts) - 1, min(len(starts), _MOST_STARTS)).astype(int)
-    for start, shift in (
-        (start, shift) for start in starts[np.unique(spread)] for shift in (1, -1)
-    ):
+    for start, shift in ((start, shift) for start in starts[spread] for shift in (1, -1)):
         rows = reading.index + shift * (reading.index >= start)
         rows[(reading.index == start) & (shift < 0)] = -1
         words = f"from station {reading.names[start]} on the target poses belong to the robot poses"

@@ -72,8 +72,8 @@ def reading_of(stations: Stations, chain: Chain, most: int) -> Reading:
         chain: Its usable stations.
         most: Of more of them, as many are taken, evenly over the document.
     """
-    spread = np.unique(np.linspace(0, len(chain.index) - 1, min(len(chain.index), most)).round())
-    rows = spread.astype(int)
+    count = len(chain.index)
+    rows = np.linspace(0, count - 1, min(count, most)).round().astype(int)
     first = stations.stations[0].written
     inverted = first is not None and first.robot_poses is RobotPoses.BASE_IN_GRIPPER
     robot = np.array([station.base_T_gripper for station in stations.stations])

@@ -127,7 +127,7 @@ def agreeing(loops: BlockLoops, variances: FloatArray, size: int) -> Agreement:
         variances: (K,) rough variances of the noise to start from.
         size: How many stations the search starts with.
     """
-    pool = np.unique(np.linspace(0, len(loops.A) - 1, min(len(loops.A), _POOL)).astype(int))
+    pool = np.linspace(0, len(loops.A) - 1, min(len(loops.A), _POOL)).astype(int)
     chosen = loops.part(pool)
     X, Z, rows = consensus(chosen, -(-size * len(pool) // len(loops.A)))
     unknown = 6 + 6 * len(Z)

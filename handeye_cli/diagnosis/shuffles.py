@@ -11,7 +11,7 @@ import numpy as np
 from handeye_cli.diagnosis.hypotheses import Hypothesis
 from handeye_cli.diagnosis.pairings import paired
 from handeye_cli.diagnosis.readings import Reading
-from handeye_cli.geometry import rotations
+from handeye_cli.geometry import rotations, statistics
 from handeye_cli.geometry.motion_invariants import fit_rotations, pair_angles
 from handeye_cli.records import FloatArray, IntArray
 
@@ -58,7 +58,7 @@ def angle_difference(reading: Reading) -> float:
     robot = pair_angles(reading.robot[reading.index, :3, :3])
     camera = pair_angles(reading.camera[:, :3, :3])
     pairs = np.triu_indices(len(robot), 1)
-    return float(np.median(np.abs(robot - camera)[pairs]))
+    return statistics.median(np.abs(robot - camera)[pairs])
 
 
 def _best_rows(A: FloatArray, B: FloatArray) -> IntArray:

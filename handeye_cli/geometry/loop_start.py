@@ -40,7 +40,7 @@ def close_loops(A: FloatArray, B: FloatArray) -> tuple[FloatArray, FloatArray]:
         B: (N, 4, 4) camera_T_target.
     """
     length = max(statistics.median(np.linalg.norm(B[:, :3, 3], axis=1)), 1e-9)
-    some = np.unique(np.linspace(0, len(A) - 1, min(len(A), _MOST_STATIONS)).astype(int))
+    some = np.linspace(0, len(A) - 1, min(len(A), _MOST_STATIONS)).astype(int)
     X = se3.from_parts(_spread_rotations(), np.zeros(3))
     Z = se3.mean(A[some] @ X[:, None] @ B[some])
     unit = np.repeat([length, 1.0], 3)

@@ -26,6 +26,11 @@ def median(values: FloatArray) -> float:
     return float(np.mean(np.partition(values, middle)[list(middle)]))
 
 
+def quantile(values: FloatArray, part: float) -> float:
+    """Return the quantile of (n,) numbers, linear between them, likewise without numpy's own."""
+    return float(np.interp(part * (len(values) - 1), np.arange(len(values)), np.sort(values)))
+
+
 def radius(covariance: FloatArray, probability: float, freedom: float = math.inf) -> float:
     """Return the radius that a normal 3-vector's magnitude stays below with a given probability.
 

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from handeye_cli.recording.options import McapOptions, PauseThresholds
-from handeye_cli.records import Inspection, Recording
+
+if TYPE_CHECKING:
+    from handeye_cli.records import Inspection, Recording
 
 __all__ = ["McapOptions", "PauseThresholds", "files_of", "is_recording", "read", "summarise"]
 

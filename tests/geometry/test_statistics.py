@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from handeye_cli.geometry.statistics import MAX_OVER_RMS, median, radius
+from handeye_cli.geometry.statistics import MAX_OVER_RMS, median, quantile, radius
 
 FREEDOMS = [2.0, 3.5, 20.0, 100.0]
 
@@ -124,3 +124,10 @@ def test_max_over_rms_is_the_largest_of_a_thousand():
 def test_the_median_is_numpys(count):
     values = np.random.default_rng(count).normal(size=count)
     assert median(values) == np.median(values)
+
+
+@pytest.mark.parametrize("count", [1, 2, 10, 301])
+@pytest.mark.parametrize("part", [0.0, 0.15, 0.3, 1.0])
+def test_a_quantile_is_numpys(count, part):
+    values = np.random.default_rng(count).normal(size=count)
+    assert quantile(values, part) == pytest.approx(np.quantile(values, part), abs=1e-12)
