@@ -12,13 +12,14 @@ from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.errors import ConvergenceError, HandeyeError, InputError, UndeterminedError
 from handeye_cli.estimation import choose_pairs
+from handeye_cli.examination import Examined
 from handeye_cli.geometry import se3
 from handeye_cli.held_out import held_out_errors
 from handeye_cli.leave_one_out import leave_out
 from handeye_cli.motion_check import check_motions
 from handeye_cli.part_calibration import usable_chain
 from handeye_cli.records import Calibration, Comparison, FloatArray, IntArray, Stations
-from handeye_cli.solve import solve
+from handeye_cli.solve import answer
 from handeye_cli.solvers import Problem, Solution
 from handeye_cli.solvers.station_mean import mean_target
 
@@ -40,20 +41,27 @@ def compare(
     Raises:
         HandeyeError: The method of the answer fails; another one that does says so in its row.
     """
-    answer = solve(stations, method=method, pairs=pairs)
-    left_out = _LeftOut(stations, usable_chain(stations), pairs)
+    chosen = answer(stations, method=method, pairs=pairs)
+    examined = chosen.examined
+    left_out = _LeftOut(stations, _good(usable_chain(stations), examined), pairs)
     ordered = sorted(solvers.names(), key=lambda name: name != solvers.DEFAULT)
     answers = {
-        name: answer if name == method else _attempt(stations, name, pairs) for name in ordered
+        name: chosen.calibration if name == method else _attempt(examined, name, pairs)
+        for name in ordered
     }
     reference = answers[solvers.DEFAULT]
     rows = (_row(name, found, reference, left_out) for name, found in answers.items())
-    return replace(answer, comparison=tuple(rows))
+    return replace(chosen.calibration, comparison=tuple(rows))
 
 
-def _attempt(stations: Stations, method: str, pairs: str) -> Calibration | HandeyeError:
+def _good(chain: Chain, examined: Examined) -> Chain:
+    """Return a chain without the stations that no answer rests on."""
+    return chain.part(np.flatnonzero(~np.isin(chain.index, list(examined.reasons))))
+
+
+def _attempt(examined: Examined, method: str, pairs: str) -> Calibration | HandeyeError:
     try:
-        return solve(stations, method=method, pairs=pairs)
+        return answer(examined.stations, method=method, pairs=pairs, examined=examined).calibration
     except _FAILURES as error:
         return error
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from handeye_cli.chain import Chain
+from handeye_cli.chain import Chain, has_pixels
 from handeye_cli.diagnosis.bad_findings import findings_of_bad, reasons_of_bad
 from handeye_cli.diagnosis.bad_stations import find_bad_stations
 from handeye_cli.diagnosis.conventions import judge_conventions
@@ -15,24 +17,38 @@ from handeye_cli.errors import UndeterminedError
 from handeye_cli.finding_codes import INTRINSICS_DOUBTFUL
 from handeye_cli.records import BadStations, ConventionVerdict, Finding, Stations
 
+if TYPE_CHECKING:
+    from handeye_cli.diagnosis.plate_shape import PlateShape
+
 
 @dataclass(frozen=True)
 class Examined:
     """The stations of a document that an answer should rest on.
 
     Attributes:
-        everybody: The chain of all usable stations.
+        stations: The document.
+        everybody: The chain of all its usable stations.
         chain: That of the good ones.
         verdict: Whether they fit what was declared of them.
         reasons: Why stations are left out, by their position in the document.
         findings: What is wrong with them.
     """
 
+    stations: Stations
     everybody: Chain
     chain: Chain
     verdict: ConventionVerdict
     reasons: Mapping[int, str]
     findings: tuple[Finding, ...]
+
+    @cached_property
+    def shape(self) -> PlateShape | None:
+        """What the pixels say of the plate and the lens, where there are pixels."""
+        if not has_pixels(self.stations, self.chain):
+            return None
+        from handeye_cli.diagnosis.plate_shape import plate_shape
+
+        return plate_shape(self.stations)
 
     @property
     def errors(self) -> tuple[Finding, ...]:
@@ -50,14 +66,15 @@ def examine(stations: Stations, everybody: Chain, *, thorough: bool = False) -> 
     """
     verdict = judge_conventions(stations, everybody, thorough=thorough)
     if verdict.contradiction:
-        return Examined(everybody, everybody, verdict, {}, verdict.findings)
+        return Examined(stations, everybody, everybody, verdict, {}, verdict.findings)
     if any(finding.code == INTRINSICS_DOUBTFUL for finding in stations.findings):
         # poses by wrong intrinsics disagree without any of them being a mistake
-        return Examined(everybody, everybody, verdict, {}, verdict.findings)
+        return Examined(stations, everybody, everybody, verdict, {}, verdict.findings)
     bad = _bad_stations(everybody, stations)
     names = [stations.stations[index].name for index in everybody.index]
     reasons = reasons_of_bad(bad, names)
     return Examined(
+        stations=stations,
         everybody=everybody,
         chain=everybody.part(bad.kept) if reasons else everybody,
         verdict=verdict,

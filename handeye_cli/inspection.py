@@ -38,18 +38,17 @@ def inspect(stations: Stations, detector_sigma: float | None = None) -> Inspecti
     )
     if examined.errors:
         return _with(looked, *examined.findings)
-    free = named(free_directions(examined.chain, stations.noise), stations.setup)
     try:
-        found = answer(stations)
+        found = answer(stations, examined=examined)
     except UndeterminedError as error:
+        free = named(free_directions(examined.chain, stations.noise), stations.setup)
         looked = _with(looked, *examined.findings, _as_finding(error, "not-determined"))
         return replace(looked, free=free)
     except ConvergenceError as error:
         return _with(looked, *examined.findings, _as_finding(error, "not-converged"))
-    calibration, shape = found.calibration, found.shape
+    calibration, shape = found.calibration, examined.shape
     shares = blame(found.estimate, stations, examined.chain, shape)
     noisy = unexplained_pixel_noise(shape, detector_sigma) if shape else None
-    told_apart = (each for each in examined.findings if each not in calibration.diagnosis)
     looked = replace(
         looked,
         stations=calibration.stations,
@@ -58,7 +57,7 @@ def inspect(stations: Stations, detector_sigma: float | None = None) -> Inspecti
         surfaces=shape.seen if shape else None,
         blame=shares,
     )
-    return _with(looked, *told_apart, *shares.findings, *((noisy,) if noisy else ()))
+    return _with(looked, *shares.findings, *((noisy,) if noisy else ()))
 
 
 def _unused(stations: Stations) -> tuple[StationResidual, ...]:

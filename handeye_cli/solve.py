@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from handeye_cli import solvers
 from handeye_cli.advice import advise
-from handeye_cli.chain import Chain, chain_of, has_pixels
+from handeye_cli.chain import Chain, chain_of
 from handeye_cli.diagnosis.bad_stations import effect_of
 from handeye_cli.diagnosis.systematic import Systematic, systematic_errors
 from handeye_cli.errors import ConvergenceError, UndeterminedError
@@ -28,9 +27,6 @@ from handeye_cli.records import (
 )
 from handeye_cli.residual_table import residual_table
 
-if TYPE_CHECKING:
-    from handeye_cli.diagnosis.plate_shape import PlateShape
-
 
 @dataclass(frozen=True)
 class Answer:
@@ -40,13 +36,11 @@ class Answer:
         calibration: The calibration.
         examined: What was found out about the stations; the chain in it is that of the good ones.
         estimate: What its error consists of.
-        shape: What the pixels say of the plate and the lens, where there are pixels.
     """
 
     calibration: Calibration
     examined: Examined
     estimate: Estimate
-    shape: PlateShape | None
 
 
 def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Calibration:
@@ -67,28 +61,36 @@ def solve(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "st
     return answer(stations, method=method, pairs=pairs).calibration
 
 
-def answer(stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star") -> Answer:
-    """Compute the calibration and keep what it was made from; see `solve`."""
+def answer(
+    stations: Stations,
+    *,
+    method: str = solvers.DEFAULT,
+    pairs: str = "star",
+    examined: Examined | None = None,
+) -> Answer:
+    """Compute the calibration and keep what it was made from; see `solve`.
+
+    `examined` is what is known of the stations already; they are examined where it is not given.
+    """
     setup = stations.setup
-    everybody = chain_of(stations, fewest=1)
+    everybody = chain_of(stations, fewest=1) if examined is None else examined.everybody
     check_count(everybody, setup, len(stations.stations))
-    examined = examine(stations, everybody)
+    examined = examine(stations, everybody) if examined is None else examined
     require_sound(examined)
     chain = examined.chain
     chosen = choose_pairs(pairs, len(chain.A))
     spread = check_motions(chain, chosen, setup)
     found = _estimate(chain, chosen, stations, method)
-    shape = _shape(stations, chain)
-    if shape is not None:
+    if examined.shape is not None:
         # what is bent moves the target's poses alike, whatever the answer rests on
-        bent = shape.answer_covariance(chain, found.influence)
+        bent = examined.shape.answer_covariance(chain, found.influence)
         found = replace(found, shared=found.shared + bent)
     paper = paper_prediction(chain, chosen, found.model.covariance)
     error = predicted_error(found.influence, found.model, paper, found.shared)
     check_certainty(error, found.model.covariance, spread, setup, chain=chain, given=stations.noise)
     calibration = _calibration(stations, examined, chosen, found, method=method, error=error)
     calibration = _with_effect(calibration, stations, examined, pairs)
-    return _judged(Answer(calibration, examined, found, shape), stations)
+    return _judged(Answer(calibration, examined, found), stations)
 
 
 def _estimate(chain: Chain, chosen: IntArray, stations: Stations, method: str) -> Estimate:
@@ -102,7 +104,8 @@ def _estimate(chain: Chain, chosen: IntArray, stations: Stations, method: str) -
 
 def _judged(found: Answer, stations: Stations) -> Answer:
     """Return the answer with all that is said of its data, its prediction widened by it."""
-    examined, shape, chain = found.examined, found.shape, found.examined.chain
+    examined = found.examined
+    shape, chain = examined.shape, examined.chain
     if shape is not None:
         from handeye_cli.pixel_data import with_intrinsics
 
@@ -117,14 +120,6 @@ def _judged(found: Answer, stations: Stations) -> Answer:
     )
     calibration = replace(_widened(found.calibration, systematic), diagnosis=diagnosis)
     return replace(found, calibration=calibration)
-
-
-def _shape(stations: Stations, chain: Chain) -> PlateShape | None:
-    if not has_pixels(stations, chain):
-        return None
-    from handeye_cli.diagnosis.plate_shape import plate_shape
-
-    return plate_shape(stations)
 
 
 def _calibration(

@@ -9,7 +9,7 @@ from handeye_cli.diagnosis.undetermined import free_directions
 from handeye_cli.examination import Examined, examine, require_sound
 from handeye_cli.records import Calibration, Finding, FreeDirection, PartialAnswer, Stations
 from handeye_cli.residual_table import residual_table
-from handeye_cli.solve import solve
+from handeye_cli.solve import answer
 
 METHOD = "maximum-likelihood"
 
@@ -35,7 +35,7 @@ def solve_determined(
     require_sound(examined)
     chain = examined.chain
     if len(chain.A) >= MIN_STATIONS and not any(free_directions(chain, stations.noise).counts):
-        return solve(stations, method=method, pairs=pairs)
+        return answer(stations, method=method, pairs=pairs, examined=examined).calibration
     return _calibration(stations, examined, solve_partial(stations, chain))
 
 
