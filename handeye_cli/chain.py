@@ -8,7 +8,7 @@ import numpy as np
 
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.geometry import pnp, se3
+from handeye_cli.geometry import se3
 from handeye_cli.records import FloatArray, IntArray, Noise, Stations
 
 MIN_STATIONS = 3
@@ -97,5 +97,7 @@ def has_pixels(stations: Stations, chain: Chain) -> bool:
         return False
     if noise.camera_rotation is not None or noise.camera_translation is not None:
         return False
+    from handeye_cli.geometry import pnp
+
     seen = [stations.stations[index].observation for index in chain.index]
     return all(each is not None and len(each.ids) >= pnp.MIN_POINTS for each in seen)

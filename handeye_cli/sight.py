@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.chain import Chain
-from handeye_cli.geometry import pnp, se3, statistics
-from handeye_cli.geometry.camera import project
+from handeye_cli.geometry import se3, statistics
 from handeye_cli.records import Camera, FloatArray, Stations
 
 _MARGIN = 0.02
@@ -49,6 +48,8 @@ class Sight:
 
     def covariance(self, B: FloatArray) -> FloatArray:
         """Return the (N, 6, 6) covariances that the pixels' noise gives to (N, 4, 4) poses."""
+        from handeye_cli.geometry import pnp
+
         nothing = np.zeros((*self.mask.shape, 2))
         seen = pnp.Sightings(self.points, nothing, self.mask)
         information = pnp.pose_information(B, seen, self.camera.lens)
@@ -63,6 +64,8 @@ class Sight:
         Returns:
             (..., N) True where all points are in front of the camera and inside a margin.
         """
+        from handeye_cli.geometry.camera import project
+
         here = se3.transform_points(B, self.points)
         pixels = project(here, self.camera.parameters, self.camera.model)
         margin = _MARGIN * self.camera.width

@@ -14,6 +14,8 @@ from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.smooth_fields import WhiteResiduals
 from handeye_cli.records import FloatArray, IntArray
 
+PARTS = {"translation": slice(0, 3), "rotation": slice(3, 6)}
+"""Of a perturbation."""
 _MOST = 24
 """Stations, spread over all, of which each is compared with each."""
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.diagnosis.masking import hides
-from handeye_cli.diagnosis.mispaired import mispaired
 from handeye_cli.diagnosis.moved_target import likeliest_move, move_of, split_agreement
 from handeye_cli.diagnosis.robust_fit import (
     MOST_FREEDOM,
@@ -59,6 +58,8 @@ def find_bad_stations(chain: Chain, given: Noise | None = None) -> BadStations:
     hidden = hides(everybody)
     if not hidden and _all_well(everybody):
         return BadStations(count, scale=model.noise, noise_given=len(model.variances) == 0)
+    from handeye_cli.diagnosis.mispaired import mispaired
+
     best = best_agreement(loops, model.variances, hidden=hidden)
     cycles = mispaired(best)
     faults = best.outside - sum(len(cycle) - 1 for cycle in cycles)

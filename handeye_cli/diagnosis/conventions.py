@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handeye_cli.chain import Chain
-from handeye_cli.diagnosis import hypotheses, pairings
+from handeye_cli.diagnosis import hypotheses
 from handeye_cli.diagnosis.fits import (
     Fit,
     as_good,
@@ -27,7 +27,6 @@ from handeye_cli.diagnosis.fits import (
 )
 from handeye_cli.diagnosis.lengths import LengthFault, length_fault, length_ratio
 from handeye_cli.diagnosis.readings import Reading, reading_of
-from handeye_cli.diagnosis.shuffles import SHUFFLED, angle_difference, found_pairing
 from handeye_cli.records import Finding, Stations, TargetSpec
 from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
 
@@ -75,6 +74,8 @@ def judge_conventions(
     declared = fit([hypotheses.declared(widely)])[0]
     if _fits_well(declared) and not thorough:
         return _Case(stations.target, widely, declared, ()).verdict([declared])
+    from handeye_cli.diagnosis import pairings
+
     reading = reading_of(stations, chain, _MOST_COMPARED)
     rows = [hypotheses.declared(reading), *hypotheses.conventions(reading)]
     declared, *others = fit([*rows, *pairings.pairings(reading)])
@@ -154,13 +155,15 @@ class _Case:
 
     def unexplained(self) -> ConventionVerdict:
         """Return the verdict on stations that no convention and no shift explains."""
-        pairing = found_pairing(self.reading)
+        from handeye_cli.diagnosis import shuffles
+
+        pairing = shuffles.found_pairing(self.reading)
         if pairing is not None:
             paired = fit([pairing])[0]
             if clearly_better(paired, self.declared):
                 case = _Case(self.target, self.reading, self.declared, (paired, *self.others))
                 return case.verdict([paired])
-        finding = _unexplained(self.declared, angle_difference(self.reading))
+        finding = _unexplained(self.declared, shuffles.angle_difference(self.reading))
         return self._with(self.declared, LengthRatio(1.0, math.inf), None, (finding,))
 
     def not_told_apart(self) -> tuple[Finding, ...]:
@@ -244,6 +247,8 @@ def _length_text(metres: float) -> str:
 
 
 def _unexplained(declared: Fit, angles: float) -> Finding:
+    from handeye_cli.diagnosis.shuffles import SHUFFLED
+
     turned, moved = declared.typical
     tried = "no other convention and no shift of the lists explains it"
     if angles > _OTHER_ANGLES:

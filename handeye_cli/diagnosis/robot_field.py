@@ -11,13 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handeye_cli.diagnosis.answered_stations import AnsweredStations, carried
+from handeye_cli.diagnosis.answered_stations import PARTS, AnsweredStations, carried
 from handeye_cli.geometry import smooth_fields, variance
 from handeye_cli.predict import solution_covariance
 from handeye_cli.records import FloatArray
 
-PARTS = {"translation": slice(0, 3), "rotation": slice(3, 6)}
-"""Of a perturbation."""
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 """Lengths of fields that are compared, in units of the spread of the poses."""
 _LEAST = 1e-4

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from handeye_cli.diagnosis.robust_start import consensus
 from handeye_cli.geometry.block_loop import (
     BlockFit,
     BlockLoops,
@@ -127,6 +126,8 @@ def agreeing(loops: BlockLoops, variances: FloatArray, size: int) -> Agreement:
         variances: (K,) rough variances of the noise to start from.
         size: How many stations the search starts with.
     """
+    from handeye_cli.diagnosis.robust_start import consensus
+
     pool = np.linspace(0, len(loops.A) - 1, min(len(loops.A), _POOL)).astype(int)
     chosen = loops.part(pool)
     X, Z, rows = consensus(chosen, -(-size * len(pool) // len(loops.A)))

@@ -21,8 +21,7 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.conventions import MM, MRAD, Setup
-from handeye_cli.diagnosis.answered_stations import AnsweredStations
-from handeye_cli.diagnosis.robot_field import PARTS, widening
+from handeye_cli.diagnosis.answered_stations import PARTS, AnsweredStations
 from handeye_cli.estimates import Estimate
 from handeye_cli.geometry import smooth_fields
 from handeye_cli.geometry.smooth_fields import Trend, WhiteResiduals
@@ -90,6 +89,8 @@ def systematic_errors(
     found = _follows_pose(stations)
     if found is None:
         return noise
+    from handeye_cli.diagnosis.robot_field import widening
+
     rotation, translation = widening(stations, found.form, found.moves)
     return Systematic(
         findings=(*noise.findings, found.finding),

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from handeye_cli.documents.complaints import complaint, describe, place_in
 from handeye_cli.documents.place import Place
 from handeye_cli.errors import InputError, did_you_mean
 
@@ -48,6 +47,8 @@ def kind_of(data: Any, label: str) -> str:
         InputError: There is no `schema:`, or its kind or version is unknown.
     """
     if not isinstance(data, dict) or "schema" not in data:
+        from handeye_cli.documents.complaints import describe
+
         found = describe(data) if not isinstance(data, dict) else f"the keys {', '.join(data)}"
         raise InputError(
             f"expected a document with a line such as schema: {header('stations')}, found {found}",
@@ -60,6 +61,8 @@ def kind_of(data: Any, label: str) -> str:
     if not match or match[1] not in KINDS:
         near = did_you_mean(match[1] if match else str(value), list(KINDS))
         hint = f"did you mean {header(near)}?" if near else f"kinds: {', '.join(KINDS)}"
+        from handeye_cli.documents.complaints import describe
+
         message = f"expected handeye/<kind>/1, found {describe(value)}"
         raise InputError(message, where=where, hint=hint)
     if match[2] != "1":
@@ -85,6 +88,8 @@ def validate(data: Any, kind: str, label: str) -> None:
     try:
         _validator(kind)(data)
     except JsonSchemaValueException:
+        from handeye_cli.documents.complaints import complaint
+
         # the validator that can tell what is wrong is four times as slow to compile
         try:
             _validator(kind, explains=True)(data)
@@ -123,6 +128,8 @@ def _validator(kind: str, explains: bool = False) -> Callable[[Any], Any]:
 def _require_usable(data: Any, label: str) -> None:
     unusable = _find_unusable(data)
     if unusable:
+        from handeye_cli.documents.complaints import place_in
+
         path, value = unusable
         message = f"expected a finite number (of at most {_LARGEST:g}), found {value}"
         raise InputError(message, where=str(place_in(data, path, label)))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handeye_cli.geometry.camera import Lens
+if TYPE_CHECKING:
+    from handeye_cli.geometry.camera import Lens
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,6 +64,8 @@ class Camera:
     @property
     def lens(self) -> Lens:
         """The intrinsics as the kernels take them."""
+        from handeye_cli.geometry.camera import Lens
+
         return Lens(self.parameters, self.model)
 
 
