@@ -8,8 +8,9 @@ noise is the same at every pose here, and the grippers come nearer when the came
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum, auto
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,8 +50,7 @@ class _Intrinsics(Enum):
     FROM_THESE_IMAGES = auto()
 
 
-@dataclass(frozen=True)
-class _Case:
+class _Case(NamedTuple):
     """A recording whose error can be predicted under changes.
 
     Attributes:
@@ -82,8 +82,7 @@ class _Case:
         return _total(self.rig.mean_squares(changed))
 
 
-@dataclass(frozen=True)
-class _Step:
+class _Step(NamedTuple):
     """A change, and what it would lead to.
 
     Attributes:

@@ -8,6 +8,7 @@ down to the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,8 +45,7 @@ class NoiseModel:
     converged: bool = True
 
 
-@dataclass(frozen=True)
-class Loops:
+class Loops(NamedTuple):
     """The stations' loops as linear equations in what is common to them.
 
     Attributes:
@@ -99,6 +99,9 @@ def noise_of_loops(
     known = np.zeros((len(chain.A), 12, 12))
     if all(levels[name] is None for name in _CAMERA):
         known[:, 6:, 6:] = chain.camera_covariance
+    if chain.robot_covariance is not None:
+        turned = np.swapaxes(chain.by_robot, -1, -2)
+        known[:, :6, :6] = chain.by_robot @ chain.robot_covariance @ turned
     for name, level in levels.items():
         if level is not None:
             known = known + max(level, _FLOOR) ** 2 * _shape(chain, name)
@@ -152,8 +155,7 @@ def _estimated(
     )
 
 
-@dataclass(frozen=True)
-class _Blocks:
+class _Blocks(NamedTuple):
     """Further equations as blocks of the stations' size, filled up with equations of nothing."""
 
     residuals: FloatArray

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,8 +70,7 @@ def _of_all(
     return Hypothesis(code, description, flag, advice, A, B, np.ones(len(B), dtype=bool))
 
 
-@dataclass(frozen=True)
-class _Direction:
+class _Direction(NamedTuple):
     """A direction of the robot's poses: as declared, or the other.
 
     Attributes:

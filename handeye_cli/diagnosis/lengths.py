@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,7 @@ _SIZES = ("spacing_mm", "square_mm", "size_mm")
 """Keys of targets that say how large they are; a target has one of them."""
 
 
-@dataclass(frozen=True)
-class LengthFault:
+class LengthFault(NamedTuple):
     """What is wrong with lengths, and what would put it right.
 
     Attributes:
@@ -49,8 +48,7 @@ class LengthFault:
     finding: Finding
 
 
-@dataclass(frozen=True)
-class _Unit:
+class _Unit(NamedTuple):
     """A well-known ratio of lengths, the robot's over the camera's."""
 
     factor: float

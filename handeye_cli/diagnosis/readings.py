@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import FloatArray, IntArray, Stations
 
 
-@dataclass(frozen=True)
-class EulerNumbers:
+class EulerNumbers(NamedTuple):
     """Euler angles as they were written, of all stations alike.
 
     Attributes:

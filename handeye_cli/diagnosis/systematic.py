@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -135,8 +136,7 @@ def _sizes(stations: AnsweredStations, white: WhiteResiduals) -> tuple[float, fl
     return rotation, translation
 
 
-@dataclass(frozen=True)
-class _Followed:
+class _Followed(NamedTuple):
     """How the residuals follow the robot's pose.
 
     Attributes:
@@ -209,8 +209,7 @@ def _scaled(found: Trend, chance: float) -> Finding:
     )
 
 
-@dataclass(frozen=True)
-class _Hypothesis:
+class _Hypothesis(NamedTuple):
     """A form that an error of the robot may have.
 
     Attributes:

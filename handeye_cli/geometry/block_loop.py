@@ -9,6 +9,7 @@ difference, so a station that alone holds up a direction of the answer is not ju
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,8 +114,7 @@ class Distances:
         return chance_of_squares(self.squares, 6, np.minimum(self.freedom, most_freedom))
 
 
-@dataclass(frozen=True)
-class _Linear:
+class _Linear(NamedTuple):
     """Residuals (..., N, 6), design (..., N, 6, 6 + 6 b) and derivatives by poses (..., 6, 12)."""
 
     residuals: FloatArray

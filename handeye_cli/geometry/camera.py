@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,8 +184,7 @@ def _padded(coefficients: FloatArray, size: int) -> FloatArray:
     return np.concatenate([coefficients, np.zeros(size - coefficients.size)])
 
 
-@dataclass(frozen=True)
-class _Radial:
+class _Radial(NamedTuple):
     """What the radial part needs at a direction: powers of the radius, gain, and denominator."""
 
     r2: FloatArray

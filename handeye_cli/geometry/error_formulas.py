@@ -8,6 +8,7 @@ and 2-3), the mean over all interstation pairs stands here; with equal motions b
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class StationNoise:
+class StationNoise(NamedTuple):
     """The four sigmas of the paper, of each station's poses.
 
     Attributes:

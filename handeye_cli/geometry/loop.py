@@ -6,7 +6,7 @@ Z = reference_T_target. All perturbations are in the respective parent frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,7 @@ from handeye_cli.geometry import rotations, se3
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LoopJacobians:
+class LoopJacobians(NamedTuple):
     """Residuals of all stations and their first derivatives.
 
     Attributes:

@@ -9,7 +9,7 @@ those that agree best are fitted with least squares at the end: a minority of ba
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,7 @@ _OPEN = 1e-9
 """Share of the largest eigenvalue below which a direction of the translation is not fitted."""
 
 
-@dataclass(frozen=True)
-class RotationFit:
+class RotationFit(NamedTuple):
     """The rotations that close the loops best.
 
     Attributes:
@@ -50,8 +49,7 @@ class RotationFit:
     kept: BoolArray
 
 
-@dataclass(frozen=True)
-class TranslationFit:
+class TranslationFit(NamedTuple):
     """The translations that close the loops best, lengths of robot and camera in a free ratio.
 
     The residuals are lengths half-way between the robot's and the camera's, their geometric mean:
@@ -225,8 +223,7 @@ def _angles(A: FloatArray, B: FloatArray, R_X: FloatArray, R_Z: FloatArray) -> F
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
 
 
-@dataclass(frozen=True)
-class _Eliminated:
+class _Eliminated(NamedTuple):
     """The translations of the loops without those of X and Z.
 
     Attributes:

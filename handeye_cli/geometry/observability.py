@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,7 @@ _CERTAIN_AXIS = 1.95
 """Length of an axis beyond which noise may turn it round: 2 sin(angle / 2) for 154 deg."""
 
 
-@dataclass(frozen=True)
-class MotionSpread:
+class MotionSpread(NamedTuple):
     """How the interstation rotations spread over angles and axes.
 
     Attributes:
@@ -60,8 +59,7 @@ def motion_spread(motion_g: FloatArray, motion_c: FloatArray) -> MotionSpread:
     )
 
 
-@dataclass(frozen=True)
-class ScrewScale:
+class ScrewScale(NamedTuple):
     """Lengths of the mount's motions over those of the camera's.
 
     Attributes:

@@ -6,7 +6,7 @@ the poses are. The kernels here take residuals that are whitened for independent
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,7 @@ stations; that something depends on the same noise as the residuals do.
 """
 
 
-@dataclass(frozen=True)
-class WhiteResiduals:
+class WhiteResiduals(NamedTuple):
     """Residuals of N stations with unit variance, and what was fitted to them.
 
     Attributes:
@@ -75,8 +74,7 @@ class WhiteResiduals:
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
 
-@dataclass(frozen=True)
-class Trend:
+class Trend(NamedTuple):
     """How residuals follow k columns.
 
     Attributes:

@@ -7,7 +7,7 @@ x has been fitted, so few stations do not make the noise look small.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ _LARGEST_STEP = 2.0
 _RANK_TOLERANCE = 1e-10
 
 
-@dataclass(frozen=True)
-class VarianceComponents:
+class VarianceComponents(NamedTuple):
     """Estimated variances.
 
     Attributes:
