@@ -9,9 +9,13 @@ import pytest
 from scenes import general_scene, scene, stations
 
 from handeye_cli import solvers
+from handeye_cli.chain import chain_of
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError, UsageError
+from handeye_cli.estimation import best_estimate
 from handeye_cli.geometry import rotations, se3
+from handeye_cli.geometry.star import star_pairs
+from handeye_cli.predict import predicted_error
 from handeye_cli.records import Noise, Station, UncertainPose
 from handeye_cli.solve import solve
 
@@ -23,24 +27,45 @@ def magnitudes(found, truth):
     return np.array([np.linalg.norm(d[3:]), np.linalg.norm(d[:3])])
 
 
-@pytest.mark.parametrize("method", solvers.names())
+def assert_predicted(found, perfect, errors):
+    """RMS of 100 answers within 20 % of the predicted, 88 - 99 % inside the 95 % radius."""
+    actual = np.moveaxis(
+        np.array([magnitudes(*pair) for pair in zip(found, perfect, strict=True)]), -1, 0
+    )
+    predicted = np.array([[each.rotation, each.translation] for each in errors]).T
+    radius = np.array([[each.rotation_95, each.translation_95] for each in errors]).T
+    ratio = np.sqrt(np.mean(actual**2, axis=1) / np.mean(predicted**2, axis=1))
+    assert np.all((ratio > 0.8) & (ratio < 1.2))
+    share = np.mean(actual < radius, axis=1)
+    assert np.all((share >= 0.88) & (share <= 0.99))
+
+
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("given", [True, False])
-def test_the_predicted_error_holds(method, setup, given):
-    """Over 100 recordings: RMS within 20 % of the predicted, 88 - 99 % inside the 95 % radius."""
+def test_the_predicted_error_holds(setup, given):
     rng = np.random.default_rng(31)
-    actual, predicted, inside = [], [], []
-    for _ in range(100):
-        perfect = scene(rng, 12)
-        answer = solve(stations(rng, perfect, NOISE, setup=setup, given=given), method=method)
-        error = answer.predicted_error
-        actual.append(magnitudes(answer.mount_T_camera.matrix, perfect.X))
-        predicted.append([error.rotation, error.translation])
-        inside.append(actual[-1] < [error.rotation_95, error.translation_95])
-    ratio = np.sqrt(np.mean(np.square(actual), axis=0) / np.mean(np.square(predicted), axis=0))
-    assert np.all((ratio > 0.8) & (ratio < 1.2))
-    share = np.mean(inside, axis=0)
-    assert np.all((share >= 0.88) & (share <= 0.99))
+    truth = [scene(rng, 12) for _ in range(100)]
+    answers = [solve(stations(rng, each, NOISE, setup=setup, given=given)) for each in truth]
+    assert_predicted(
+        [each.mount_T_camera.matrix for each in answers],
+        [each.X for each in truth],
+        [each.predicted_error for each in answers],
+    )
+
+
+@pytest.mark.parametrize("setup", Setup)
+@pytest.mark.parametrize("given", [True, False])
+@pytest.mark.parametrize("method", [name for name in solvers.names() if name != solvers.DEFAULT])
+def test_the_error_of_closed_forms_holds(method, setup, given):
+    rng = np.random.default_rng(31)
+    pairs = star_pairs(12)
+    truth = [scene(rng, 12) for _ in range(100)]
+    found = []
+    for each in truth:
+        recorded = stations(rng, each, NOISE, setup=setup, given=given)
+        found.append(best_estimate(chain_of(recorded), pairs, recorded, method))
+    errors = [predicted_error(each.influence, each.model, None) for each in found]
+    assert_predicted([each.solution.X for each in found], [each.X for each in truth], errors)
 
 
 def test_estimated_noise_widens_the_radius():

@@ -59,15 +59,16 @@ def finish(
     if output.output not in (None, STDOUT):
         documents.write(record, output.output, output.force)
     if output.json:
-        _print(documents.dump(record, "json"))
+        print_text(documents.dump(record, "json"))
     elif output.output == STDOUT or (output.output is None and not sys.stdout.isatty()):
-        _print(documents.dump(record, "yaml"))
+        print_text(documents.dump(record, "yaml"))
     elif sys.stdout.isatty() and not output.quiet:
         _show_report(record)
-    _show_findings(record)
+    show_findings(record)
 
 
-def _print(text: str) -> None:
+def print_text(text: str) -> None:
+    """Write text to stdout."""
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -84,11 +85,12 @@ def _show_report(record: Any) -> None:
     show(record, make_console(sys.stdout))
 
 
-def _show_findings(record: Any) -> None:
+def show_findings(record: Any) -> None:
+    """Tell on stderr what was found about the data of a record."""
     from handeye_cli.pipeline import findings_of
 
     found = findings_of(record)
     if found:
-        from handeye_cli.render.console import make_console, show_findings
+        from handeye_cli.render import console
 
-        show_findings(make_console(sys.stderr), found)
+        console.show_findings(console.make_console(sys.stderr), found)

@@ -8,7 +8,6 @@ and 2-3), the mean over all interstation pairs stands here; with equal motions b
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-class StationNoise(NamedTuple):
+@dataclass(frozen=True)
+class StationNoise:
     """The four sigmas of the paper, of each station's poses.
 
     Attributes:
