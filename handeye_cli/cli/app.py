@@ -22,6 +22,7 @@ COMMANDS = {
     "extrinsics": "handeye_cli.cli.extrinsics",
     "solve": "handeye_cli.cli.solve",
     "verify": "handeye_cli.cli.verify",
+    "export": "handeye_cli.cli.export",
     "inspect": "handeye_cli.cli.inspect",
     "plan": "handeye_cli.cli.plan",
     "simulate": "handeye_cli.cli.simulate",

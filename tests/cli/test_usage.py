@@ -9,6 +9,7 @@ COMMANDS = [
     "extrinsics",
     "solve",
     "verify",
+    "export",
     "inspect",
     "plan",
     "simulate",
