@@ -18,12 +18,14 @@ from handeye_cli.cli.plain import plain_groups
 from handeye_cli.errors import HandeyeError
 
 COMMANDS = {
+    "import": "handeye_cli.cli.import_",
     "extract": "handeye_cli.cli.extract",
     "extrinsics": "handeye_cli.cli.extrinsics",
     "solve": "handeye_cli.cli.solve",
     "verify": "handeye_cli.cli.verify",
     "export": "handeye_cli.cli.export",
     "inspect": "handeye_cli.cli.inspect",
+    "report": "handeye_cli.cli.report",
     "plan": "handeye_cli.cli.plan",
     "simulate": "handeye_cli.cli.simulate",
     "simulate recording": "handeye_cli.cli.simulate_recording",

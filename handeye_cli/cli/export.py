@@ -101,7 +101,8 @@ def _calibration(
     found = pipeline.to_calibration(
         opened.record, how, method=solver.method, pairs=solver.pairs.value
     )
-    step = ProvenanceStep("export", __version__, tuple(each.file for each in inputs), flags)
+    files = tuple(file for each in inputs for file in each.files)
+    step = ProvenanceStep("export", __version__, files, flags)
     # the same digits as from the document that `solve` would have written
     return documents.as_written(replace(found, provenance=(*opened.record.provenance, step)))
 

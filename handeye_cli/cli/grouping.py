@@ -9,14 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from keyword import iskeyword
 from typing import Any, get_args, get_type_hints
 
 from handeye_cli.cli.flags import Flag
 
+_INPUTS = ("source", "further")
+"""Fields that name what is read."""
+
 
 def command_of(module: Any, name: str) -> Callable[..., None]:
-    """Return the function of a command's module; its name has underscores for spaces."""
-    command: Callable[..., None] = getattr(module, name.replace(" ", "_"))
+    """Return the function of a command's module; it has the name that PEP 8 makes of the words."""
+    word = name.replace(" ", "_")
+    command: Callable[..., None] = getattr(module, f"{word}_" if iskeyword(word) else word)
     return command
 
 
@@ -34,13 +39,13 @@ def flags_of(group: type) -> dict[str, tuple[Any, Flag]]:
 def given(*groups: Any) -> dict[str, Any]:
     """Return the flags of these groups that are not at their defaults, in JSON's types.
 
-    The input's name is no flag; provenance has a place of its own for it.
+    The inputs' names are no flags; provenance has a place of its own for them.
     """
     return {
         field.name.replace("_", "-"): _plain(getattr(group, field.name))
         for group in groups
         for field in fields(group)
-        if field.name != "source" and getattr(group, field.name) != field.default
+        if field.name not in _INPUTS and getattr(group, field.name) != field.default
     }
 
 

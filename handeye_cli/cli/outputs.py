@@ -50,21 +50,30 @@ def finish(
         inputs: What was read; the provenance of the first goes on in the result.
         flags: The flags that were given.
     """
-    from handeye_cli import documents
     from handeye_cli.records import ProvenanceStep
 
-    step = ProvenanceStep(command, __version__, tuple(each.file for each in inputs), flags)
+    files = tuple(file for each in inputs for file in each.files)
+    step = ProvenanceStep(command, __version__, files, flags)
     before = inputs[0].record.provenance if inputs else ()
     record = replace(record, provenance=(*before, step))
-    if output.output not in (None, STDOUT):
+    if not deliver(record, output) and sys.stdout.isatty() and not output.quiet:
+        _show_report(record)
+    show_findings(record)
+
+
+def deliver(record: Any, output: Output) -> bool:
+    """Write the document to its file or to stdout, and return whether stdout has it now."""
+    from handeye_cli import documents
+
+    if output.output is not None and output.output != STDOUT:
         documents.write(record, output.output, output.force)
     if output.json:
         print_text(documents.dump(record, "json"))
     elif output.output == STDOUT or (output.output is None and not sys.stdout.isatty()):
         print_text(documents.dump(record, "yaml"))
-    elif sys.stdout.isatty() and not output.quiet:
-        _show_report(record)
-    show_findings(record)
+    else:
+        return False
+    return True
 
 
 def print_text(text: str) -> None:

@@ -10,6 +10,7 @@ COMMANDS = [
     "solve",
     "verify",
     "export",
+    "import",
     "inspect",
     "plan",
     "simulate",
