@@ -12,6 +12,7 @@ COMMANDS = [
     "export",
     "import",
     "inspect",
+    "report",
     "plan",
     "simulate",
     "simulate recording",

@@ -1,0 +1,1 @@
+"""What a report shows: documents that belong together, what they lack, and what it all comes to."""

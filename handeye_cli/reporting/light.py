@@ -1,0 +1,136 @@
+"""The traffic light of a report: one colour, and the reasons for it in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from handeye_cli.conventions import MM, MRAD
+from handeye_cli.errors import QualityGateError
+from handeye_cli.gates import Limits, check_limits
+from handeye_cli.records import Protocol, Verification, VerificationRow
+from handeye_cli.reporting.case import Case
+
+NOT_VERIFIED = "predicted only, not verified"
+"""What is said of an answer whose error nobody looked at."""
+
+
+class Colour(StrEnum):
+    """What to do with an answer: leave it, look at it again, or use it."""
+
+    RED = "red"
+    AMBER = "amber"
+    GREEN = "green"
+
+
+@dataclass(frozen=True)
+class Light:
+    """The verdict on a case.
+
+    Attributes:
+        colour: The worst of what speaks against it.
+        reasons: What does, each in a sentence without its full stop; what speaks for it when green.
+        verified: Whether errors were seen on stations that took no part in an answer.
+    """
+
+    colour: Colour
+    reasons: tuple[str, ...]
+    verified: bool
+
+
+def judge(case: Case, limits: Limits) -> Light | None:
+    """Return the light of a case, or None where it holds nothing that could be judged.
+
+    Red: a limit is broken, a finding is an error, held-out errors contradict their prediction, or
+    there is no answer though one was looked for. Amber: there are warnings. Green otherwise.
+
+    Args:
+        case: With all that is known of it.
+        limits: What the predicted error and every row of a verification must keep.
+    """
+    judged = (case.calibration, case.inspection, *case.verifications)
+    if all(each is None for each in judged):
+        return None
+    verified = bool(case.verifications)
+    for colour, reasons in (
+        (Colour.RED, tuple(_against(case, limits))),
+        (Colour.AMBER, _messages(case, "warning")),
+    ):
+        if reasons:
+            return Light(colour, reasons, verified)
+    return Light(Colour.GREEN, tuple(_for(case)), verified)
+
+
+def nearest_row(case: Case) -> tuple[Verification, VerificationRow] | None:
+    """Return the row of the verifications that calibrates on most stations, nearest to the answer.
+
+    Of rows with as many stations it is that of the first verification.
+    """
+    rows = [(each, row) for each in case.verifications for row in each.rows]
+    return max(rows, key=lambda pair: pair[1].stations, default=None)
+
+
+def broken_limits(case: Case, limits: Limits) -> tuple[str, ...]:
+    """Return what breaks the limits: of the predicted error, and of the held-out ones."""
+    return (*_predicted_above(case, limits), *_seen_above(case, limits))
+
+
+def _against(case: Case, limits: Limits) -> Iterator[str]:
+    yield from broken_limits(case, limits)
+    yield from _messages(case, "error")
+    if case.failure is not None:
+        yield case.failure.message
+    for verification in case.verifications:
+        for row in verification.rows:
+            if row.consistent is False:
+                yield _contradiction(verification, row)
+
+
+def _contradiction(verification: Verification, row: VerificationRow) -> str:
+    seen = _pair(row.rotation, row.translation)
+    expected = _pair(row.predicted_rotation, row.predicted_translation)
+    each = verification.protocol is Protocol.LEAVE_ONE_OUT
+    where = "at stations left out one by one" if each else f"calibrated on {row.stations} stations"
+    return (
+        f"held-out errors contradict their prediction beyond chance, {where}: {seen} RMS where "
+        f"{expected} is expected"
+    )
+
+
+def _pair(rotation: float | None, translation: float | None) -> str:
+    return f"{(rotation or 0.0) / MRAD:.3f} mrad and {(translation or 0.0) / MM:.3f} mm"
+
+
+def _messages(case: Case, severity: str) -> tuple[str, ...]:
+    return tuple(each.message for each in case.findings if each.severity == severity)
+
+
+def _for(case: Case) -> Iterator[str]:
+    yield "nothing in the data speaks against it"
+    if not case.verifications:
+        yield NOT_VERIFIED
+    elif any(row.consistent for each in case.verifications for row in each.rows):
+        yield "the errors on stations that took no part are as predicted"
+    else:
+        yield "there are errors on stations that took no part, but nothing that predicts them"
+
+
+def _predicted_above(case: Case, limits: Limits) -> Iterator[str]:
+    if case.calibration is None:
+        return
+    error = case.calibration.predicted_error
+    for name, value, limit, unit in (
+        ("rotation", error.rotation / MRAD, limits.rotation_mrad, "mrad"),
+        ("translation", error.translation / MM, limits.translation_mm, "mm"),
+    ):
+        if limit is not None and value > limit:
+            yield f"expected a predicted {name} error up to {limit:g} {unit}, found {value:.3f}"
+
+
+def _seen_above(case: Case, limits: Limits) -> Iterator[str]:
+    for verification in case.verifications:
+        try:
+            check_limits(verification, limits)
+        except QualityGateError as error:
+            yield error.message

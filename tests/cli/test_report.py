@@ -1,0 +1,196 @@
+"""`handeye report`: from a recording or documents to one page."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from cli.scene import stations_document
+from line.recordings import SAMPLE
+
+from handeye_cli.cli.camera_options import CameraFile
+from handeye_cli.cli.options import Mcap
+from handeye_cli.cli.report_inputs import open_library
+from handeye_cli.cli.report_options import Sources
+
+RECORDING = SAMPLE / "recording.yaml"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    """A copy of the sample recording."""
+    folder = tmp_path_factory.mktemp("sample") / "plate"
+    shutil.copytree(RECORDING.parent, folder)
+    return folder / "recording.yaml"
+
+
+def test_a_recording_gives_everything(handeye, here, sample):
+    done = handeye("report", sample)
+    assert done.code == 0, done.err
+    assert "written to report.html: green" in done.err
+    page = Path("report.html").read_text(encoding="utf-8")
+    for section in ("verdict", "layout", "answer", "verification", "residuals", "images",
+                    "stations", "inspection", "provenance"):  # fmt: skip
+        assert f'<section class="{section}">' in page
+    assert page.count("data:image/jpeg") == 12
+    assert len(page) < 3_000_000
+    assert "12 of 12" in page
+
+
+def test_documents_of_one_recording_come_together_with_their_images(handeye, here, sample):
+    for words in (
+        ["extract", sample, "-o", "features.yaml"],
+        ["extrinsics", "features.yaml", "-o", "stations.yaml"],
+        ["solve", "stations.yaml", "-o", "calibration.yaml"],
+        ["verify", "stations.yaml", "--stations", "4,6", "-o", "verification.yaml"],
+    ):
+        assert handeye(*words).code == 0
+    files = ["calibration.yaml", "verification.yaml", "features.yaml"]
+    assert handeye("report", *files, "-o", "page.html").code == 0
+    page = Path("page.html").read_text(encoding="utf-8")
+    assert page.count("<article>") == 1
+    assert page.count("data:image/jpeg") == 12
+    assert "Held-out rotation error" in page
+
+    recording = sample.rename(sample.with_name("elsewhere.yaml"))
+    assert handeye("report", *files, "-o", "moved.html").code == 0
+    recording.rename(sample)
+    moved = Path("moved.html").read_text(encoding="utf-8")
+    assert "recording.yaml is no longer where it was" in moved
+    assert "data:image/jpeg" not in moved
+    assert '<section class="residuals">' in moved
+
+
+def test_a_recording_that_was_changed_is_not_taken_for_the_one_there_was(handeye, here, sample):
+    recording = here / "recording.yaml"
+    shutil.copytree(sample.parent, here, dirs_exist_ok=True)
+    assert handeye("extract", recording, "-o", "features.yaml").code == 0
+    recording.write_text(recording.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    library = open_library(Sources("features.yaml"), Mcap(), CameraFile())
+    assert [each.name for each in library.reads] == ["features.yaml"]
+    provenance = library.reads[0].record.provenance
+    assert f"{recording} has changed since" in library.unreached(provenance)
+
+
+def test_files_are_reached_from_the_folder_of_their_document(handeye, here, stations_file):
+    assert handeye("solve", stations_file.name, "-o", "a.yaml").code == 0
+    (here / "elsewhere").mkdir()
+    os.chdir("elsewhere")
+    library = open_library(Sources("../a.yaml"), Mcap(), CameraFile())
+    found = [Path(each.name).resolve() for each in library.reads]
+    assert found == [here / "a.yaml", stations_file]
+    assert [each.asked for each in library.reads] == [True, False]
+
+
+def test_poses_alone_are_calibrated_verified_and_drawn_into_a_pipe(handeye, here, stations_file):
+    done = handeye("report", stations_file, "-o", "-")
+    assert done.code == 0, done.err
+    assert done.out.startswith("<!DOCTYPE html>")
+    assert "Each station is predicted by a calibration on all others" in done.out
+    assert '<section class="images">' not in done.out
+    assert "written" not in done.err
+    assert list(here.glob("*.html")) == []
+
+
+def test_two_answers_stand_side_by_side(handeye, here, stations_file):
+    handeye("solve", stations_file, "-o", "a.yaml")
+    handeye("solve", stations_file, "--method", "tsai-lenz", "-o", "b.yaml")
+    assert handeye("report", "a.yaml", "b.yaml").code == 0
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert page.count("<article>") == 2
+    assert "Side by side" in page
+    assert "predicted only, not verified" in page
+
+
+def test_a_page_that_exists_is_replaced_by_force_only(handeye, here):
+    assert handeye("plan", "--stations", "5", "--distance", "170mm", "-o", "plan.yaml").code == 0
+    Path("report.html").write_text("mine", encoding="utf-8")
+    done = handeye("report", "plan.yaml")
+    assert done.code == 2
+    assert "report.html" in done.err
+    assert Path("report.html").read_text(encoding="utf-8") == "mine"
+    assert handeye("report", "plan.yaml", "--force").code == 0
+    assert Path("report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_a_limit_that_is_missed_is_red_and_exit_6(handeye, here, stations_file):
+    handeye("solve", stations_file, "-o", "a.yaml")
+    limits = ["--max-rotation-mrad", "0.001", "--max-translation-mm", "0.002"]
+    done = handeye("report", "a.yaml", *limits)
+    assert done.code == 6
+    page = Path("report.html").read_text(encoding="utf-8")
+    for words in ("up to 0.001 mrad", "up to 0.002 mm"):
+        assert words in done.err
+        assert words in page
+    assert "written to report.html: red" in done.err
+
+
+def test_data_without_an_answer_make_a_red_page_and_exit_4(handeye, here):
+    document = stations_document(6)
+    for station in document["stations"]:
+        pose = station["base_T_gripper"]
+        pose["translation"] = [1000.0 * each for each in pose["translation"]]
+    Path("wrong.json").write_text(json.dumps(document), encoding="utf-8")
+    done = handeye("report", "wrong.json")
+    assert done.code == 4
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert "Do not rely on this" in page
+    assert '<span class="badge error">error</span>' in page
+
+
+def test_a_simulation_and_a_plan_are_shown(handeye, here):
+    plan = ["plan", "--stations", "5", "--distance", "170mm", "-o", "plan.yaml"]
+    assert handeye(*plan).code == 0
+    assert handeye("simulate", "--figure", "12", "--trials", "3", "-o", "figure.yaml").code == 0
+    assert handeye("report", "plan.yaml", "figure.yaml").code == 0
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert '<section class="plan">' in page
+    assert "data:image/png" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["none.yaml"], 3, "none.yaml"),
+        (["none.yaml", "--method", "tsai-lens"], 2, "did you mean tsai-lenz?"),
+        (["none.yaml", "-o", "missing/report.html"], 3, "missing"),
+        ([], 2, "INPUT"),
+    ],
+)
+def test_wrong_words(handeye, here, words, code, message):
+    done = handeye("report", *words)
+    assert done.code == code
+    assert message in done.err
+
+
+def test_flags_about_a_robots_recording_act_on_it_wherever_it_stands(handeye, here, stations_file):
+    flags = ["--image-topic", "/camera"]
+    done = handeye("report", stations_file, "none.mcap", *flags)
+    assert done.code == 3
+    assert "none.mcap" in done.err
+    assert handeye("report", stations_file, *flags).code == 2
+
+
+def test_an_answer_cannot_be_given_other_intrinsics(handeye, here, stations_file):
+    handeye("solve", stations_file, "-o", "a.yaml")
+    done = handeye("report", "a.yaml", "--calibrate-intrinsics")
+    assert done.code == 2
+    assert "a.yaml" in done.err
+
+
+def test_without_matplotlib_the_extra_is_named(handeye, here, stations_file, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = handeye("report", stations_file)
+    assert done.code == 2
+    assert "handeye-cli[plot]" in done.err
