@@ -17,6 +17,8 @@ _MIN_VIEWS = 3
 _MIN_VIEWS_TO_DOUBT = 6
 _DOUBT = 0.8
 """Given intrinsics are doubted when calibrated ones leave less than this share of the residual."""
+_ROUGHLY = 1e-4
+"""Part of the squares by which a step lessens them at least while the doubt is examined."""
 _LARGEST_RELATIVE_SIGMA = 0.05
 """A focal length less certain than this is not determined by the images."""
 _COEFFICIENTS = {
@@ -69,7 +71,8 @@ def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | N
     """
     if len(views.index) < _MIN_VIEWS_TO_DOUBT:
         return None
-    result = _best_model(replace(camera, distortion=(), covariance=None), views)
+    guess = replace(camera, distortion=(), covariance=None)
+    result = _best_model(guess, views, tolerance=_ROUGHLY)
     freedom = views.degrees_of_freedom(result.parameters.size)
     left = float(np.sqrt(result.squares / freedom))
     if not result.converged or left > _DOUBT * sigma:
@@ -83,7 +86,9 @@ def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | N
     )
 
 
-def _best_model(guess: Camera, views: Views) -> bundle.BundleResult:
+def _best_model(
+    guess: Camera, views: Views, tolerance: float = bundle.GAIN_TOLERANCE
+) -> bundle.BundleResult:
     poses = pnp.planar_poses(views.seen, guess.lens).poses[:, 0]
     residuals = 2 * int(views.seen.mask.sum())
     parameters = guess.parameters[:4]
@@ -92,7 +97,7 @@ def _best_model(guess: Camera, views: Views) -> bundle.BundleResult:
         if views.degrees_of_freedom(4 + count) < residuals // 10:
             break
         start = np.concatenate([parameters, np.zeros(4 + count - parameters.size)])
-        result = bundle.calibrate(views.seen, Lens(start, guess.model), poses)
+        result = bundle.calibrate(views.seen, Lens(start, guess.model), poses, tolerance)
         parameters, poses = result.parameters, result.poses
         evidence = residuals * np.log(max(result.squares, 1e-300) / residuals)
         results.append((float(evidence + (4 + count) * np.log(residuals)), result))

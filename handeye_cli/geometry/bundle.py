@@ -19,7 +19,8 @@ FloatArray = NDArray[np.float64]
 
 _MAX_STEPS = 200
 _HOPELESS = 1e12
-_GAIN_TOLERANCE = 1e-12
+GAIN_TOLERANCE = 1e-12
+"""Part of the squares by which a step lessens them where they are settled."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,16 @@ def focal_length(homographies: FloatArray, width: int, height: int) -> float | N
     return float(1.0 / np.sqrt(inverse_square))
 
 
-def calibrate(seen: Sightings, lens: Lens, poses: FloatArray) -> BundleResult:
+def calibrate(
+    seen: Sightings, lens: Lens, poses: FloatArray, tolerance: float = GAIN_TOLERANCE
+) -> BundleResult:
     """Minimise all squared pixel residuals over the intrinsics and one pose per view.
 
     Args:
         seen: (N, ...) views.
         lens: First guess; its length says how many coefficients are estimated.
         poses: (N, 4, 4) first guess of camera_T_target.
+        tolerance: Part of the squares by which a step has to lessen them, or it is the last.
     """
     squares = _total(poses, seen, lens)
     damping, converged = 1e-4, False
@@ -88,7 +92,7 @@ def calibrate(seen: Sightings, lens: Lens, poses: FloatArray) -> BundleResult:
             damping = max(damping * 0.1, 1e-12)
         else:
             damping *= 10.0
-        converged = gain <= _GAIN_TOLERANCE * squares + 1e-20
+        converged = gain <= tolerance * squares + 1e-20
         if converged or damping > _HOPELESS:
             break
     blocks = _normal_blocks(poses, seen, lens)
