@@ -28,7 +28,7 @@ from handeye_cli.geometry.block_loop import (
     linearised,
     loop_covariances,
 )
-from handeye_cli.geometry.tails import chance_of_squares
+from handeye_cli.geometry.tail_probabilities import chance_of_squares
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.records.bad_stations import TargetMove, most_bad
 

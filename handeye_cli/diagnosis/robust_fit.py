@@ -22,7 +22,7 @@ from handeye_cli.geometry.block_loop import (
     loop_covariances,
     predicted,
 )
-from handeye_cli.geometry.tails import trimmed_variance
+from handeye_cli.geometry.tail_probabilities import trimmed_variance
 from handeye_cli.records import FloatArray
 from handeye_cli.records.bad_stations import most_bad
 

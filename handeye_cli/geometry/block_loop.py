@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry import se3, variance
 from handeye_cli.geometry.loop import LoopJacobians, loop_jacobians
-from handeye_cli.geometry.tails import chance_of_squares
+from handeye_cli.geometry.tail_probabilities import chance_of_squares
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
