@@ -85,7 +85,7 @@ def examine(stations: Stations, everybody: Chain, *, thorough: bool = False) -> 
 
 def _bad_stations(everybody: Chain, stations: Stations) -> BadStations:
     try:
-        return find_bad_stations(everybody, stations.noise)
+        return find_bad_stations(everybody, stations.noise, stations.target)
     except np.linalg.LinAlgError:
         # motions that determine nothing are told of where an answer is tried
         return BadStations(len(everybody.A))

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from handeye_cli import robot_readings
-from handeye_cli.geometry import rotations, se3
+from handeye_cli.geometry import se3
+from handeye_cli.geometry.plate_turns import plate_turns
 from handeye_cli.intrinsics import camera_or_calibrated
 from handeye_cli.records import Features, FloatArray, IntArray, Station
 from handeye_cli.views import Views, pose_candidates, views_of
@@ -37,7 +38,7 @@ def order_consistently(
         return features
     camera = camera_or_calibrated(features, views)
     flips = pose_candidates(views, camera)
-    turned = se3.inverse(np.stack([_turn_transform(points, turn) for turn in turns]))
+    turned = se3.inverse(plate_turns(points, turns))
     count = len(views.index)
     poses = (flips.poses[:, None] @ turned[None, :, None]).reshape(count, -1, 4, 4)
     penalties = np.repeat(flips.penalties[:, None], len(turns), axis=1).reshape(count, -1)
@@ -45,16 +46,6 @@ def order_consistently(
     choice = robot_readings.choose(robot, poses[..., :3, :3], penalties)
     chosen = choice.index // flips.poses.shape[1]
     return replace(features, stations=_renumbered(features.stations, views, turns, chosen))
-
-
-def _turn_transform(points: FloatArray, turn: IntArray) -> FloatArray:
-    """Return the (4, 4) motion of the plate that brings every point k to the place of turn[k]."""
-    centre = points.mean(axis=0)
-    plane = np.array([0.0, 0.0, np.max(np.abs(points - centre))])
-    before = np.concatenate([points - centre, plane[None]])
-    after = np.concatenate([points[turn] - centre, plane[None]])
-    R = rotations.align(after, before)
-    return se3.from_parts(R, centre - R @ centre)
 
 
 def _renumbered(

@@ -18,7 +18,7 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.block_loop import BlockFit, BlockLoops, BoolArray
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.noise_levels import NoiseModel, noise_model
-from handeye_cli.records import FloatArray, Noise
+from handeye_cli.records import FloatArray, Noise, TargetSpec
 from handeye_cli.records.bad_stations import (
     BadKind,
     BadStation,
@@ -36,7 +36,9 @@ _NEAR_QUARTER = np.radians(3.0)
 """Difference from a quarter turn that is still called one: more is another mistake."""
 
 
-def find_bad_stations(chain: Chain, given: Noise | None = None) -> BadStations:
+def find_bad_stations(
+    chain: Chain, given: Noise | None = None, target: TargetSpec | None = None
+) -> BadStations:
     """Find stations whose image, robot pose or target contradict those of all others.
 
     The errors of intrinsics that all stations share (`Chain.by_intrinsics`) count as noise here.
@@ -45,6 +47,8 @@ def find_bad_stations(chain: Chain, given: Noise | None = None) -> BadStations:
         chain: The stations, in the order they were recorded; their motions determine an answer.
         given: Levels of the noise that are taken as given; the others are estimated from those
             stations that agree.
+        target: What the target is, where that is known: images of one that looks the same after a
+            turn may be exchanged and turned.
 
     Returns:
         The bad stations; nobody where there are fewer than four stations.
@@ -61,10 +65,11 @@ def find_bad_stations(chain: Chain, given: Noise | None = None) -> BadStations:
     from handeye_cli.diagnosis.mispaired import mispaired
 
     best = best_agreement(loops, model.variances, hidden=hidden)
-    cycles = mispaired(best)
+    turns = _turns_of(target) if best.outside > 1 else None
+    cycles = mispaired(best, turns)
     faults = best.outside - sum(len(cycle) - 1 for cycle in cycles)
     split = split_agreement(best, faults)
-    agreed, cycles = (best, cycles) if split is None else (split, mispaired(split))
+    agreed, cycles = (best, cycles) if split is None else (split, mispaired(split, turns))
     moved = None if split is None else move_of(split)
     return BadStations(
         count=count,
@@ -92,6 +97,17 @@ def effect_of(
         rotation=float(np.linalg.norm(step[3:])),
         translation=float(np.linalg.norm(step[:3])),
     )
+
+
+def _turns_of(target: TargetSpec | None) -> FloatArray | None:
+    """Return the (m, 4, 4) motions after which a target looks as before."""
+    if target is None:
+        return None
+    from handeye_cli import targets
+    from handeye_cli.geometry.plate_turns import plate_turns
+
+    board = targets.build(target)
+    return plate_turns(board.points(), board.turns())
 
 
 def _rough(chain: Chain, given: Noise | None) -> tuple[Solution, NoiseModel]:

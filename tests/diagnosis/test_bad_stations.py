@@ -11,7 +11,7 @@ from handeye_cli.conventions import Setup
 from handeye_cli.diagnosis.bad_findings import findings_of_bad, reasons_of_bad
 from handeye_cli.diagnosis.bad_stations import effect_of, find_bad_stations
 from handeye_cli.geometry import rotations, se3
-from handeye_cli.records import Noise
+from handeye_cli.records import Noise, TargetSpec
 from handeye_cli.records.bad_stations import BadKind, BadStation, BadStations, TargetMove, most_bad
 
 LEVELS = {
@@ -202,6 +202,21 @@ def test_two_exchanged_of_eighteen_are_told_in_either_setup(setup):
     assert bad.left_out == (4, 11)
     assert 4 not in bad.kept
     assert len(bad.kept) == 16
+
+
+def test_exchanged_images_of_a_plate_that_looks_turned_as_well_are_told():
+    """The wrong robot poses also decided how the plate is turned in these images."""
+    rng = np.random.default_rng(21)
+    plate = TargetSpec("disc-grid", {"rows": 6, "columns": 6, "spacing_mm": 5, "diameter_mm": 4})
+    chain = exchanged(good_chain(rng, general_scene(rng, 14), LEVELS["middle"]), (3, 10))
+    quarter = se3.from_parts(rotations.exp(np.array([0.0, 0.0, np.pi / 2])), np.zeros(3))
+    away = se3.from_parts(np.eye(3), np.array([0.0125, 0.0125, 0.0]))  # the middle of the plate
+    turn = away @ quarter @ se3.inverse(away)
+    B = chain.B.copy()
+    B[3], B[10] = B[3] @ turn, B[10] @ turn @ turn
+    chain = replace(chain, B=B)
+    assert told(find_bad_stations(chain)) == ((3, 10), (), None)
+    assert told(find_bad_stations(chain, target=plate)) == ((3, 10), ((3, 10),), None)
 
 
 def test_three_images_passed_round_are_told_in_their_order():
