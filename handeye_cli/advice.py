@@ -107,12 +107,13 @@ def advise(
     solution: Solution,
     model: NoiseModel,
     error: PredictedError,
+    lasting: FloatArray,
 ) -> tuple[CriticalFactors, tuple[Improvement, ...]]:
     """Measure a recording's critical factors and compute what would improve its answer.
 
     An improvement takes at least a tenth away from the error of rotation or translation and adds to
-    neither. What the noise of the stations does not explain of the error is that of the intrinsics;
-    where the cameras stand is taken to leave it as it is.
+    neither. What neither the noise of the stations nor `lasting` explains of the error is that of
+    the intrinsics; where the cameras stand is taken to leave it as it is.
 
     Args:
         stations: The document, for its setup, target, camera and pixels.
@@ -122,6 +123,8 @@ def advise(
         solution: The answer.
         model: The noise of the stations' poses.
         error: The predicted error of the answer.
+        lasting: (2,) parts of its squares, rotation and translation, that none of this changes:
+            those of a bent target and of the robot's geometry.
 
     Returns:
         The factors, and at most four improvements, the best first.
@@ -141,7 +144,7 @@ def advise(
         centre=case.centre,
         robot_share=share if case.camera_known else None,
     )
-    return factors, _improvements(case, factors, now, reported)
+    return factors, _improvements(case, factors, now, reported, lasting)
 
 
 def _case(stations: Stations, chain: Chain, pairs: IntArray, rig: Rig, model: NoiseModel) -> _Case:
@@ -170,13 +173,18 @@ def _intrinsics(stations: Stations) -> _Intrinsics:
 
 
 def _improvements(
-    case: _Case, factors: CriticalFactors, now: FloatArray, reported: FloatArray
+    case: _Case,
+    factors: CriticalFactors,
+    now: FloatArray,
+    reported: FloatArray,
+    lasting: FloatArray,
 ) -> tuple[Improvement, ...]:
-    explained = np.minimum(reported, now)
-    shared = np.sqrt(reported**2 - explained**2)
+    random = np.maximum(reported**2 - lasting, 0.0)
+    explained = np.minimum(np.sqrt(random), now)
+    shared = np.sqrt(np.maximum(random - explained**2, 0.0))
     found = []
     for step in _steps(case, factors, now):
-        after = np.hypot(explained * step.error / now, shared * step.shared)
+        after = np.sqrt((explained * step.error / now) ** 2 + (shared * step.shared) ** 2 + lasting)
         gain = 1.0 - np.min(after / reported)
         if gain >= _WORTH_IT and np.all(after <= _NO_WORSE * reported):
             found.append((gain, _improvement(step, reported, after)))

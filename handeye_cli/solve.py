@@ -19,6 +19,7 @@ from handeye_cli.motion_check import check_certainty, check_count, check_freedom
 from handeye_cli.predict import noise_freedom, paper_prediction, predicted_error
 from handeye_cli.records import (
     Calibration,
+    FloatArray,
     IntArray,
     Noise,
     PredictedError,
@@ -81,16 +82,47 @@ def answer(
     chosen = choose_pairs(pairs, len(chain.A))
     spread = check_motions(chain, chosen, setup)
     found = _estimate(chain, chosen, stations, method)
-    if examined.shape is not None:
-        # what is bent moves the target's poses alike, whatever the answer rests on
-        bent = examined.shape.answer_covariance(chain, found.influence)
-        found = replace(found, shared=found.shared + bent)
+    bent = _bent(examined, found)
+    found = replace(found, shared=found.shared + bent)
     paper = paper_prediction(chain, chosen, found.model.covariance)
     error = predicted_error(found.influence, found.model, paper, found.shared)
     check_certainty(error, found.model.covariance, spread, setup, chain=chain, given=stations.noise)
     calibration = _calibration(stations, examined, chosen, found, method=method, error=error)
     calibration = _with_effect(calibration, stations, examined, pairs)
-    return _judged(Answer(calibration, examined, found), stations)
+    judged = _judged(Answer(calibration, examined, found), stations)
+    widened = _squares(judged.calibration.predicted_error) - _squares(error)
+    lasting = widened + np.diag(bent)[:6].reshape(2, 3).sum(axis=1)[::-1]
+    return replace(judged, calibration=_advised(judged, stations, chosen, lasting))
+
+
+def _bent(examined: Examined, found: Estimate) -> FloatArray:
+    """Return the (12, 12) mean squares of X and Z that the shape of the plate makes."""
+    if examined.shape is None:
+        return np.zeros((12, 12))
+    # what is bent moves the target's poses alike, whatever the answer rests on
+    return examined.shape.answer_covariance(examined.chain, found.influence)
+
+
+def _squares(error: PredictedError) -> FloatArray:
+    return np.array([error.rotation, error.translation]) ** 2
+
+
+def _advised(
+    found: Answer, stations: Stations, chosen: IntArray, lasting: FloatArray
+) -> Calibration:
+    """Return the calibration with what limits it and what would help."""
+    calibration, estimated = found.calibration, found.estimate
+    factors, improvements = advise(
+        stations,
+        found.examined.chain,
+        chosen,
+        method=calibration.method,
+        solution=estimated.solution,
+        model=estimated.model,
+        error=calibration.predicted_error,
+        lasting=lasting,
+    )
+    return replace(calibration, factors=factors, improvements=improvements)
 
 
 def _estimate(chain: Chain, chosen: IntArray, stations: Stations, method: str) -> Estimate:
@@ -133,9 +165,6 @@ def _calibration(
 ) -> Calibration:
     solution, model, chain = found.solution, found.model, examined.chain
     covariance = found.covariance
-    factors, improvements = advise(
-        stations, chain, chosen, method=method, solution=solution, model=model, error=error
-    )
     return Calibration(
         setup=stations.setup,
         method=method,
@@ -146,8 +175,6 @@ def _calibration(
         noise_estimated=len(model.shapes) > 0,
         stations=residual_table(stations, examined, found.residuals),
         pairs=tuple((int(chain.index[i]), int(chain.index[j])) for i, j in chosen),
-        factors=factors,
-        improvements=improvements,
         camera=found.camera,
         provenance=stations.provenance,
         covariance_between=covariance[:6, 6:],

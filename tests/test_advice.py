@@ -435,9 +435,34 @@ def test_what_all_stations_share_is_not_promised_away():
         solution=solution,
         model=model,
         error=larger,
+        lasting=np.zeros(2),
     )
     alone = solve(document).factors.robot_share_rotation
     assert factors.robot_share_rotation == pytest.approx(alone / 1.44, rel=1e-6)
     more = next(each for each in improvements if each.change == "more-stations")
     assert more.rotation == pytest.approx(np.sqrt(0.5 + 0.44) * error.rotation, rel=1e-6)
     assert more.translation == pytest.approx(np.sqrt(0.5 + 0.44) * error.translation, rel=1e-6)
+
+
+def test_what_lasts_is_left_as_it_is():
+    """Twice the squares of the noise, of which nothing takes the half away."""
+    perfect = scene(np.random.default_rng(53), 7)
+    document = without_noise(perfect, ALIKE)
+    chain, pairs = chain_of(document), star_pairs(7)
+    _, solution, model = estimate(chain, pairs, document, "maximum-likelihood")
+    error = solve(document).predicted_error
+    wide = np.sqrt(2.0) * np.array([error.rotation, error.translation])
+    _, improvements = advice.advise(
+        document,
+        chain,
+        pairs,
+        method="maximum-likelihood",
+        solution=solution,
+        model=model,
+        error=replace(error, rotation=wide[0], translation=wide[1]),
+        lasting=wide**2 / 2.0,
+    )
+    more = next(each for each in improvements if each.change == "more-stations")
+    assert more.rotation == pytest.approx(np.sqrt(0.75) * wide[0], rel=1e-6)
+    assert more.translation == pytest.approx(np.sqrt(0.75) * wide[1], rel=1e-6)
+    assert all(each.translation >= wide[1] / np.sqrt(2.0) for each in improvements)

@@ -102,7 +102,7 @@ def _show_factors(factors: CriticalFactors, console: Console) -> None:
         translation = 100.0 * factors.robot_share_translation
         console.print(
             f"  of the mean square error the robot's noise makes {rotation:.0f} % in rotation,\n"
-            f"  {translation:.0f} % in translation; the rest is the camera's\n"
+            f"  {translation:.0f} % in translation\n"
         )
 
 
