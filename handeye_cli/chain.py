@@ -9,7 +9,7 @@ import numpy as np
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry import se3
-from handeye_cli.records import FloatArray, IntArray, Noise, Stations
+from handeye_cli.records import FloatArray, IntArray, Noise, Station, Stations
 
 MIN_STATIONS = 3
 
@@ -27,6 +27,8 @@ class Chain:
         has_covariance: Whether every station came with a covariance.
         by_intrinsics: (N, 6, m) how the B_i move with m independent errors of unit variance in the
             intrinsics that all of them rest on; m is 0 where the intrinsics are taken as exact.
+        robot_covariance: (N, 6, 6) of the perturbation of base_T_gripper that is known beside the
+            robot's noise, or None.
     """
 
     index: IntArray
@@ -36,6 +38,7 @@ class Chain:
     camera_covariance: FloatArray
     has_covariance: bool
     by_intrinsics: FloatArray
+    robot_covariance: FloatArray | None = None
 
     def part(self, rows: slice | IntArray) -> Chain:
         """Return the chain of some of its stations."""
@@ -47,6 +50,7 @@ class Chain:
             by_robot=self.by_robot[rows],
             camera_covariance=self.camera_covariance[rows],
             by_intrinsics=self.by_intrinsics[rows],
+            robot_covariance=None if self.robot_covariance is None else self.robot_covariance[rows],
         )
 
 
@@ -84,7 +88,15 @@ def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
         camera_covariance=np.array([np.zeros((6, 6)) if C is None else C for C in covariances]),
         has_covariance=all(C is not None for C in covariances),
         by_intrinsics=np.zeros((len(robot), 6, 0)),
+        robot_covariance=_robot_covariance([stations.stations[i] for i, _, _ in usable]),
     )
+
+
+def _robot_covariance(stations: list[Station]) -> FloatArray | None:
+    known = [station.robot_covariance for station in stations]
+    if all(each is None for each in known):
+        return None
+    return np.array([np.zeros((6, 6)) if each is None else each for each in known])
 
 
 def has_pixels(stations: Stations, chain: Chain) -> bool:

@@ -12,6 +12,7 @@ from handeye_cli.errors import ConvergenceError, UndeterminedError
 from handeye_cli.examination import Examined, examine
 from handeye_cli.records import Finding, Inspection, StationResidual, Stations
 from handeye_cli.solve import answer
+from handeye_cli.time_offset import Measured
 
 _GRAVITY = ("error", "warning", "info")
 
@@ -58,6 +59,17 @@ def inspect(stations: Stations, detector_sigma: float | None = None) -> Inspecti
         blame=shares,
     )
     return _with(looked, *shares.findings, *((noisy,) if noisy else ()))
+
+
+def with_time_offset(looked: Inspection, measured: Measured) -> Inspection:
+    """Return an inspection with the time between images and poses.
+
+    Args:
+        looked: What was found at the stations.
+        measured: What frames in motion say of the time; its finding may be among them already.
+    """
+    told = () if measured.finding in looked.diagnosis else (measured.finding,)
+    return _with(replace(looked, time_offset=measured.offset), *told)
 
 
 def _unused(stations: Stations) -> tuple[StationResidual, ...]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
         TargetSpec,
         Verification,
     )
+    from handeye_cli.records.moving import MovingFrames
+    from handeye_cli.time_offset import Measured
 
 Handed = TypeVar("Handed", Features, Stations)
 
@@ -74,9 +76,20 @@ def to_features(record: Any, steps: Steps) -> Features:
     if isinstance(record, Features):
         return record
     expect(record, Recording, Features)
+    if record.moving is not None and record.moving.are_stations:
+        return _in_motion(record, record.moving, steps)[0]
     from handeye_cli.extract import extract
 
     return extract(record, workers=steps.workers, progress=steps.progress)
+
+
+def _in_motion(
+    recording: Recording, moving: MovingFrames, steps: Steps
+) -> tuple[Features, Measured]:
+    """Return the target points in frames along the robot's way, and the time that they tell."""
+    from handeye_cli.time_offset import extract_in_motion
+
+    return extract_in_motion(recording, moving, workers=steps.workers, progress=steps.progress)
 
 
 def to_stations(record: Any, steps: Steps) -> Stations:
@@ -162,13 +175,29 @@ def to_inspection(record: Any, steps: Steps) -> Inspection:
     Raises:
         InputError: The record is of a later stage.
     """
-    from handeye_cli.inspection import inspect
+    from handeye_cli.inspection import inspect, with_time_offset
 
     expect(record, Recording, Features, Stations)
+    measured = None
     if isinstance(record, Recording):
-        record = _handed_on(to_features(record, steps))
+        features, measured = _features_and_time(record, steps)
+        record = _handed_on(features)
     sigma = _detector_sigma(record) if isinstance(record, Features) else None
-    return inspect(_ready_stations(record, steps), sigma)
+    looked = inspect(_ready_stations(record, steps), sigma)
+    return looked if measured is None else with_time_offset(looked, measured)
+
+
+def _features_and_time(recording: Recording, steps: Steps) -> tuple[Features, Measured | None]:
+    """Return a recording's target points, and the time that frames in motion tell if there are any.
+
+    These are looked at besides the stations where they are none themselves.
+    """
+    if recording.moving is None:
+        return to_features(recording, steps), None
+    in_motion, measured = _in_motion(recording, recording.moving, steps)
+    if recording.moving.are_stations:
+        return in_motion, measured
+    return to_features(recording, steps), measured
 
 
 def _detector_sigma(features: Features) -> float | None:
@@ -346,6 +375,6 @@ def _layout(target: TargetSpec) -> tuple[str, dict[str, Any]]:
 def findings_of(record: Any) -> tuple[Finding, ...]:
     """Return what a record has to say about its data."""
     found: tuple[Finding, ...] = (
-        record.findings if isinstance(record, Features | Stations) else record.diagnosis
+        record.findings if isinstance(record, Recording | Features | Stations) else record.diagnosis
     )
     return found

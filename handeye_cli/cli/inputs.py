@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from handeye_cli.cli.grouping import given
@@ -28,20 +26,33 @@ class Opened:
     Attributes:
         record: What was read, with the flags applied that win over it.
         file: Name as it was given, and SHA-256.
+        further: The same of the other files of a recording, where several were named.
     """
 
     record: Any
     file: tuple[str, str]
+    further: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """Name and SHA-256 of all that was named."""
+        return (self.file, *self.further)
+
+    @property
+    def label(self) -> str:
+        """What messages call the input."""
+        from handeye_cli.documents import label_of
+
+        first = label_of(self.file[0])
+        return f"{first} and {len(self.further)} more" if self.further else first
 
     @contextmanager
     def blamed(self) -> Iterator[None]:
         """Name the file in what stages say of their data, since they do not know where it lies."""
-        from handeye_cli.documents import label_of
-
         try:
             yield
         except (InputError, UndeterminedError, ConvergenceError) as error:
-            name = label_of(self.file[0])
+            name = self.label
             error.where = name if error.where is None else f"{name}: {error.where}"
             raise
 
@@ -58,10 +69,8 @@ def open_input(source: Source, mcap: Mcap, *, own_intrinsics: bool = False) -> O
         InputError: It cannot be read or is not valid.
         UsageError: A flag cannot act on this kind of input.
     """
-    from handeye_cli import recording
-
     target = None if source.target is None else _target(source.target)
-    if recording.is_recording(source.source):
+    if _is_recording(source):
         return _open_mcap(source, mcap, target, own_intrinsics=own_intrinsics)
     _refuse(given(mcap), "an MCAP recording", source.source)
     return _open_document(source, target)
@@ -87,11 +96,31 @@ def open_summary(
     """
     from handeye_cli import recording
 
-    if not recording.is_recording(source.source):
+    if not _is_recording(source):
         return None
     target = None if source.target is None else _target(source.target)
     options = _mcap_options(source, mcap, target, own_intrinsics=own_intrinsics)
-    return Opened(recording.summarise(source.source, options, flags), _file(source.source))
+    return _opened(source, lambda path: recording.summarise(path, options, flags))
+
+
+def _is_recording(source: Source) -> bool:
+    """Return whether a robot's recording is meant.
+
+    Raises:
+        UsageError: One of several inputs is no recording.
+    """
+    from handeye_cli import recording
+
+    for path in source.paths:
+        if not recording.is_recording(path):
+            if source.further:
+                raise UsageError(
+                    "expected one document, or several MCAP files of one recording, found "
+                    f"{len(source.paths)} inputs, of which {path} is no MCAP file",
+                    hint="run the command once for each document",
+                )
+            return False
+    return True
 
 
 def _target(spec: str) -> TargetSpec:
@@ -138,7 +167,7 @@ def _open_mcap(
     from handeye_cli import recording
 
     options = _mcap_options(source, mcap, target, own_intrinsics=own_intrinsics)
-    return Opened(recording.read(source.source, options), _file(source.source))
+    return _opened(source, lambda path: recording.read(path, options))
 
 
 def _mcap_options(
@@ -163,19 +192,20 @@ def _mcap_options(
         base_frame=mcap.base_frame,
         gripper_frame=mcap.gripper_frame,
         time_offset_ns=0 if mcap.time_offset is None else parse_duration(mcap.time_offset),
+        moving=mcap.moving,
         own_intrinsics=own_intrinsics,
     )
 
 
-def _file(path: str) -> tuple[str, str]:
-    """Return the name of a recording, and the SHA-256 of its files one behind the other."""
+def _opened(source: Source, read: Callable[[str | tuple[str, ...]], Any]) -> Opened:
+    """Read a robot's recording, by one path or by several, and hash its files meanwhile."""
     from handeye_cli import recording
+    from handeye_cli.cli.digests import digesting
 
-    digest = hashlib.sha256()
-    for name in recording.files_of(path):
-        with Path(name).open("rb") as file:
-            hashlib.file_digest(file, lambda: digest)
-    return path, digest.hexdigest()
+    with digesting([recording.files_of(path) for path in source.paths]) as digests:
+        record = read(source.paths if source.further else source.source)
+        first, *further = zip(source.paths, digests.result(), strict=True)
+    return Opened(record, first, tuple(further))
 
 
 def _refuse(flags: dict[str, Any], needed: str, name: str) -> None:

@@ -50,6 +50,14 @@ class Source:
             show_default=False,
         ),
     ]
+    further: Annotated[
+        list[str] | None,
+        Argument(
+            metavar="FILE",
+            help="More MCAP files of the same recording, in any order.",
+            show_default=False,
+        ),
+    ] = None
     target: TargetFlag = None
     setup: SetupFlag = None
     pose_units: Annotated[
@@ -68,6 +76,11 @@ class Source:
         bool,
         _convention("--allow-outside", help="Follow image paths out of the document's folder."),
     ] = False
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All that was named as input, in that order."""
+        return (self.source, *(self.further or ()))
 
 
 @dataclass(frozen=True)
@@ -88,6 +101,9 @@ class Mcap:
     time_offset: Annotated[
         str | None, _robot(metavar="TIME", help="Added to the images' times: 40ms, -12ms.")
     ] = None
+    moving: Annotated[
+        bool, _robot("--moving", help="Use frames in motion although the robot pauses.")
+    ] = False
 
 
 @dataclass(frozen=True)

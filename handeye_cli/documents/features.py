@@ -11,9 +11,9 @@ from handeye_cli.documents.place import Place
 from handeye_cli.documents.station_parts import (
     data_from_observation,
     observation_from_data,
-    robot_pose,
     station_head,
     station_names,
+    uncertain_robot_pose,
 )
 from handeye_cli.records import Features, Station
 
@@ -58,13 +58,14 @@ def _image_size(data: dict[str, Any]) -> tuple[int, int] | None:
 
 
 def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -> Station:
-    base_T_gripper, written = robot_pose(entry, context, place)
+    robot, written = uncertain_robot_pose(entry, context, place)
     return Station(
         name=name,
-        base_T_gripper=base_T_gripper,
+        base_T_gripper=robot.matrix,
         observation=observation_from_data(entry, place),
         reason=entry.get("reason"),
         written=written,
+        robot_covariance=robot.covariance,
     )
 
 

@@ -15,6 +15,7 @@ from handeye_cli.documents.units import from_milli, to_milli
 from handeye_cli.records.blame import BlameShares, SmoothResiduals
 from handeye_cli.records.hypotheses import HypothesisFit, LengthRatio
 from handeye_cli.records.inspection import Inspection
+from handeye_cli.records.moving import TimeOffset
 
 _CAUSES = ("robot", "camera", "intrinsics", "plate", "timing")
 
@@ -36,6 +37,7 @@ def record_from_data(data: dict[str, Any], context: Context) -> Inspection:
         predicted_error=parts.predicted_error_from_data(error) if error else None,
         surfaces=_surfaces(data.get("surfaces")),
         blame=_blame(data.get("blame")),
+        time_offset=_offset(data.get("time_offset")),
         recording=summary_from_data(data.get("recording"), context.place),
         provenance=parts.provenance_from_data(data.get("provenance", [])),
     )
@@ -55,6 +57,7 @@ def data_from_record(record: Inspection) -> dict[str, Any]:
             "predicted_error": parts.data_from_predicted_error(record.predicted_error),
             "surfaces": _data_from_surfaces(record.surfaces),
             "blame": _data_from_blame(record.blame),
+            "time_offset": _data_from_offset(record.time_offset),
             "recording": data_from_summary(record.recording),
             "provenance": parts.data_from_provenance(record.provenance),
         }
@@ -165,6 +168,30 @@ def _data_from_blame(blame: BlameShares | None) -> dict[str, Any] | None:
             "findings": parts.data_from_findings(blame.findings),
         }
     )
+
+
+def _offset(data: dict[str, Any] | None) -> TimeOffset | None:
+    if data is None:
+        return None
+    return TimeOffset(
+        offset=from_milli(data["offset_ms"]),
+        sigma=from_milli(data["sigma_ms"]),
+        jitter=from_milli(data["jitter_ms"]),
+        frames=data["frames"],
+        given=from_milli(data.get("given_ms", 0)),
+    )
+
+
+def _data_from_offset(offset: TimeOffset | None) -> dict[str, Any] | None:
+    if offset is None:
+        return None
+    return {
+        "offset_ms": to_milli(offset.offset),
+        "sigma_ms": to_milli(offset.sigma),
+        "jitter_ms": to_milli(offset.jitter),
+        "frames": offset.frames,
+        "given_ms": to_milli(offset.given),
+    }
 
 
 def _shares(blame: BlameShares, cause: str) -> dict[str, float] | None:

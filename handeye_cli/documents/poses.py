@@ -83,9 +83,23 @@ def robot_pose_from_data(
             where=str(place.key("covariance")),
             hint="give the robot's noise once: noise: {robot_rotation_mrad, robot_translation_mm}",
         )
-    matrix = pose_from_data(data, conventions, place).matrix
-    inverted = conventions.robot_poses is RobotPoses.BASE_IN_GRIPPER
-    return se3.inverse(matrix) if inverted else matrix
+    return uncertain_robot_pose_from_data(data, conventions, place).matrix
+
+
+def uncertain_robot_pose_from_data(
+    data: dict[str, Any], conventions: PoseConventions, place: Place
+) -> UncertainPose:
+    """Return `base_T_gripper` and what is known of its error beside the robot's noise.
+
+    Raises:
+        InputError: The numbers are no rotation, or no covariance.
+    """
+    pose = pose_from_data(data, conventions, place)
+    if conventions.robot_poses is not RobotPoses.BASE_IN_GRIPPER:
+        return pose
+    turned = se3.inverse_jacobian(pose.matrix)
+    covariance = None if pose.covariance is None else turned @ pose.covariance @ turned.T
+    return UncertainPose(se3.inverse(pose.matrix), covariance)
 
 
 def data_from_pose(pose: UncertainPose) -> dict[str, Any]:

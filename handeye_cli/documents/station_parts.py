@@ -9,10 +9,15 @@ import numpy as np
 
 from handeye_cli.documents.context import Context
 from handeye_cli.documents.place import Place
-from handeye_cli.documents.poses import data_from_matrix, robot_pose_from_data
+from handeye_cli.documents.poses import (
+    data_from_matrix,
+    data_from_pose,
+    robot_pose_from_data,
+    uncertain_robot_pose_from_data,
+)
 from handeye_cli.documents.written import data_from_written, written_from_data
 from handeye_cli.errors import InputError
-from handeye_cli.records import FloatArray, Observation, RecordedStation, Station
+from handeye_cli.records import FloatArray, Observation, RecordedStation, Station, UncertainPose
 from handeye_cli.records.line import WrittenRotation
 
 
@@ -59,6 +64,19 @@ def robot_pose(
     return pose, written_from_data(station, pose, context.poses, place)
 
 
+def uncertain_robot_pose(
+    station: dict[str, Any], context: Context, place: Place
+) -> tuple[UncertainPose, WrittenRotation | None]:
+    """Return the same of an entry whose pose may have a covariance beside the robot's noise.
+
+    Raises:
+        InputError: It is no pose or covariance, or is not what `written` says it was.
+    """
+    key = "base_T_gripper"
+    pose = uncertain_robot_pose_from_data(station[key], context.poses, place.key(key))
+    return pose, written_from_data(station, pose.matrix, context.poses, place)
+
+
 def observation_from_data(station: dict[str, Any], place: Place) -> Observation | None:
     """Return what a station's entry says was seen, or None when it has no pixels.
 
@@ -101,4 +119,9 @@ def robot_pose_data(station: RecordedStation | Station) -> dict[str, Any]:
 
 def station_head(station: Station) -> dict[str, Any]:
     """Return the name and the robot's pose, which every entry of a station begins with."""
-    return {"name": station.name, **robot_pose_data(station)}
+    pose = UncertainPose(station.base_T_gripper, station.robot_covariance)
+    return {
+        "name": station.name,
+        **robot_pose_data(station),
+        "base_T_gripper": data_from_pose(pose),
+    }

@@ -12,9 +12,9 @@ from handeye_cli.documents.poses import data_from_pose, pose_from_data
 from handeye_cli.documents.station_parts import (
     data_from_observation,
     observation_from_data,
-    robot_pose,
     station_head,
     station_names,
+    uncertain_robot_pose,
 )
 from handeye_cli.records import Station, Stations
 
@@ -45,14 +45,15 @@ def data_from_record(record: Stations) -> dict[str, Any]:
 def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -> Station:
     key = "camera_T_target"
     pose = pose_from_data(entry[key], context.poses, place.key(key)) if key in entry else None
-    base_T_gripper, written = robot_pose(entry, context, place)
+    robot, written = uncertain_robot_pose(entry, context, place)
     return Station(
         name=name,
-        base_T_gripper=base_T_gripper,
+        base_T_gripper=robot.matrix,
         observation=observation_from_data(entry, place),
         camera_T_target=pose,
         reason=entry.get("reason"),
         written=written,
+        robot_covariance=robot.covariance,
     )
 
 

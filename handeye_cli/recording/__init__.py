@@ -1,11 +1,11 @@
 """Recorded robot data: images, intrinsics and poses, streamed out of MCAP files.
 
-    framing -> chunks -> container -> decoding -> survey -> selection -> pauses -> stations
+    framing -> chunks -> container -> decoding -> survey -> selection -> pauses, moving -> stations
 
-`bag_folder` says which files there are, `container` finds the messages in them, with the help of
-`framing`, `chunks`, `channels` and `file_index`, `decoding` turns payloads into our messages
-(`message_table` and `decoders/` say which), `survey` makes the one pass, and `stations` puts a
-`Recording` together. Nothing heavy is imported before a recording is really read.
+`several_files` and `bag_folder` say which files there are, `container` finds the messages in them,
+with the help of `framing`, `chunks`, `channels` and `file_index`, `decoding` turns payloads into
+our messages (`message_table` and `decoders/` say which), `survey` makes the one pass, and
+`stations` puts a `Recording` together. Nothing heavy is imported before a recording is really read.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from handeye_cli.recording.options import McapOptions, PauseThresholds
 
 if TYPE_CHECKING:
+    from handeye_cli.recording.several_files import Paths
     from handeye_cli.records import Inspection, Recording
 
 __all__ = ["McapOptions", "PauseThresholds", "files_of", "is_recording", "read", "summarise"]
@@ -50,22 +51,26 @@ def is_recording(path: str) -> bool:
         return False
 
 
-def files_of(path: str) -> tuple[str, ...]:
-    """Return the files of a recording in their order: itself, or those in its folder.
+def files_of(path: Paths) -> tuple[str, ...]:
+    """Return the files of a recording in their order: itself, those in its folder, or those named.
 
     Raises:
         InputError: It is a folder that cannot be read or has no MCAP files.
+        UsageError: A file is named twice.
     """
-    from handeye_cli.recording import bag_folder
+    from handeye_cli.recording import several_files
 
-    return bag_folder.files_of(path).paths
+    return several_files.files_of(path).paths
 
 
-def read(path: str, options: McapOptions) -> Recording:
+def read(path: Paths, options: McapOptions) -> Recording:
     """Return the stations of an MCAP recording: one for every pause of the robot with an image.
 
+    Of a robot that hardly pauses, and on demand, the stations are frames along its way.
+
     Args:
-        path: The MCAP file, or the folder of a rosbag2 recording, all of whose files are read.
+        path: The MCAP file, the folder of a rosbag2 recording, all of whose files are read, or
+            several of these that are one recording.
         options: What the recording cannot say, and choices where it says more than one thing.
 
     Raises:
@@ -78,13 +83,13 @@ def read(path: str, options: McapOptions) -> Recording:
     return stations.read(path, options)
 
 
-def summarise(path: str, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
+def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
     """Return what an MCAP recording holds and what of it would be used.
 
     What stops `read`, such as an ambiguous choice, is an error of the diagnosis here.
 
     Args:
-        path: The MCAP file.
+        path: The MCAP file, a folder, or several of these.
         options: What the file cannot say, and choices where it says more than one thing.
         flags: The same as they were given on the command line, by name without dashes.
 

@@ -20,6 +20,12 @@ from handeye_cli.records import Finding
 
 _METADATA = "metadata.yaml"
 _MAX_METADATA_BYTES = 2**24
+_MAX_VALUES = 200_000
+"""Most values in a metadata.yaml: each takes a hundred times its bytes in memory."""
+_MAX_DEPTH = 60
+"""Deepest nesting in it: the parser would leave its stack."""
+_LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+"""Every value stays text: no number is computed, no merge key unfolds into many others."""
 _STORAGE = "mcap"
 _PACKED = (".zstd", ".zst")
 
@@ -91,22 +97,42 @@ def _listed(path: Path) -> list[str]:
 
 
 def _parsed(path: Path) -> Mapping[str, Any]:
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    if not path.is_file():
+        message = "expected the metadata of a rosbag2 recording, found a device or pipe"
+        raise InputError(message, where=str(path))
     with path.open("rb") as file:
         raw = file.read(_MAX_METADATA_BYTES)
     try:
-        document = yaml.load(raw, loader)
+        _require_small(raw)
+        document = yaml.load(raw, _LOADER)
         information = document["rosbag2_bagfile_information"]
         if isinstance(information, Mapping):
             return information
         reason = f"found {_described(information)}"
     except (yaml.YAMLError, UnicodeDecodeError, LookupError, TypeError, ValueError) as fault:
-        reason = f"found {type(fault).__name__}: {fault}"
+        reason = f"found {type(fault).__name__}: {' '.join(str(fault).split())}"
     raise InputError(
         f"expected the metadata of a rosbag2 recording, {reason}",
         where=str(path),
         hint="without this file, the folder's .mcap files are read in the order of their names",
     )
+
+
+def _require_small(raw: bytes) -> None:
+    """Check that what a text unfolds to is little and not nested deeply, as metadata are.
+
+    Raises:
+        ValueError: It is not.
+        YAMLError: It is no YAML.
+    """
+    depth = 0
+    for count, event in enumerate(yaml.parse(raw, _LOADER)):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _MAX_DEPTH:
+            raise ValueError(f"more than {_MAX_DEPTH} levels of nesting")
+        if count > _MAX_VALUES:
+            raise ValueError(f"more than {_MAX_VALUES} values")
 
 
 def _described(value: Any) -> str:

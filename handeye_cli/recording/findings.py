@@ -140,6 +140,19 @@ def frames_moving(unused: int, total: int) -> Finding:
     )
 
 
+def stations_moving(stations: int, total: int, pauses: int) -> Finding:
+    """Stations are frames that were taken while the robot moved."""
+    standing = {0: "no pause", 1: "one pause"}.get(pauses, f"{pauses} pauses")
+    return Finding(
+        "stations-moving",
+        "warning",
+        f"{standing} of the robot with images: {stations} of {total} frames along its way are the"
+        " stations, with the time between images and poses as an unknown",
+        "let the robot stand still for a second at every station: blur by motion and a shutter that"
+        " reads row by row are not modelled",
+    )
+
+
 def pauses_without_image(empty: int, total: int) -> Finding:
     """Some pauses are no station."""
     return Finding(

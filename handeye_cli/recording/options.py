@@ -50,6 +50,7 @@ class McapOptions:
         time_offset_ns: Added to the images' times: `t_robot = t_image + time_offset`. Positive when
             an image is stamped earlier than the robot's pose of the same instant.
         pauses: When the robot counts as standing still.
+        moving: Whether frames in motion are the stations, whatever pauses there are.
         own_intrinsics: Whether the intrinsics come from elsewhere, so that none are looked for.
     """
 
@@ -62,4 +63,5 @@ class McapOptions:
     gripper_frame: str | None = None
     time_offset_ns: int = 0
     pauses: PauseThresholds = field(default_factory=PauseThresholds)
+    moving: bool = False
     own_intrinsics: bool = False

@@ -1,4 +1,7 @@
-"""A recording's stations: one for every pause of the robot that has an image."""
+"""A recording's stations: one for every pause of the robot that has an image.
+
+Of a robot that hardly pauses they are frames along its way.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,12 @@ import numpy as np
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
-from handeye_cli.recording import bag_folder, container, findings, selection, survey
+from handeye_cli.recording import container, findings, selection, several_files, survey
 from handeye_cli.recording.frames import FRAMES_PER_PAUSE, PausedFrames, evenly
 from handeye_cli.recording.intrinsics import camera_of
+from handeye_cli.recording.moving import FEWEST_FRAMES, moving_frames
 from handeye_cli.recording.options import McapOptions
+from handeye_cli.recording.several_files import Paths
 from handeye_cli.recording.survey import ImageFrames, Survey
 from handeye_cli.recording.timeline import RobotPath, Timeline, timeline
 from handeye_cli.recording.transforms import Chain
@@ -25,15 +30,19 @@ from handeye_cli.records import (
     RecordedStation,
     Recording,
 )
+from handeye_cli.records.frames import RobotFrames
+from handeye_cli.records.moving import MovingFrames
 
 
-def read(path: str, options: McapOptions) -> Recording:
+def read(paths: Paths, options: McapOptions) -> Recording:
     """Return the stations of an MCAP recording, in order of time.
+
+    Of a robot that hardly pauses they are frames along its way, and so they are on demand.
 
     What is damaged in a file is left out, and a finding says how much that is.
 
     Args:
-        path: An MCAP file, or the folder of a recording in several files.
+        paths: An MCAP file, the folder of a recording in several files, or several of these.
         options: What the recording cannot say, and choices where it says more than one thing.
 
     Raises:
@@ -41,7 +50,8 @@ def read(path: str, options: McapOptions) -> Recording:
             damaged in it does; or a choice is ambiguous, and the message lists what there is.
         UsageError: Options contradict each other.
     """
-    for file in bag_folder.files_of(path).paths:
+    path = several_files.name_of(paths)
+    for file in several_files.files_of(paths).paths:
         container.require_mcap(file)
     if options.setup is None:
         choices = " or ".join(Setup)
@@ -50,19 +60,31 @@ def read(path: str, options: McapOptions) -> Recording:
             where=path,
             hint=f"give --setup {choices}",
         )
-    content = survey.take(path)
+    content = survey.take(paths)
     with _with_damage_named(content):
         frames = selection.images(content, options.image_topic)
         camera, camera_findings = camera_for(content, frames, options)
         chain = selection.robot_chain(content, frames.frame_id, options)
-        stations, station_findings = _stations(path, frames, chain, options)
+        line = timeline(frames, chain, options)
+        moving = moving_frames(path, frames, line, options)
+        require_stations(path, line, moving)
+    told = [line.clock_finding] if line.clock_finding else []
+    told.append(findings.choices(chain.base, chain.gripper, frames.topic))
     return Recording(
         setup=options.setup,
-        stations=stations,
+        stations=_stations(path, frames, line, moving),
         target=options.target,
         camera=camera,
-        findings=(*file_findings(content), *camera_findings, *station_findings),
+        findings=(*file_findings(content), *camera_findings, *told, *usage_findings(line, moving)),
+        moving=moving,
+        frames=_robot_frames(content, frames, chain),
     )
+
+
+def _robot_frames(content: Survey, frames: ImageFrames, chain: Chain) -> RobotFrames:
+    # poses without a name for what they are of have their topic's
+    gripper = "" if chain.gripper in content.poses else chain.gripper
+    return RobotFrames(chain.base, gripper, frames.frame_id, int(frames.log_times_ns.min()))
 
 
 @contextmanager
@@ -101,15 +123,15 @@ def camera_for(
 
 
 def _stations(
-    path: str, frames: ImageFrames, chain: Chain, options: McapOptions
-) -> tuple[tuple[RecordedStation, ...], list[Finding]]:
-    line = timeline(frames, chain, options)
+    path: str, frames: ImageFrames, line: Timeline, moving: MovingFrames | None
+) -> tuple[RecordedStation, ...]:
+    if moving is not None and moving.are_stations:
+        return tuple(moving.frames[index] for index in moving.stations)
     seen = [
         (pause, group) for pause, group in zip(line.pauses, line.images, strict=True) if len(group)
     ]
-    require_stations(path, line)
     width = max(2, len(str(len(seen) - 1)))
-    stations = tuple(
+    return tuple(
         RecordedStation(
             name=f"{index:0{width}d}",
             base_T_gripper=_mean_pose(line.robot, pause),
@@ -117,9 +139,6 @@ def _stations(
         )
         for index, (pause, group) in enumerate(seen)
     )
-    choices = findings.choices(chain.base, chain.gripper, frames.topic)
-    found = [choices, *usage_findings(line)]
-    return stations, [line.clock_finding, *found] if line.clock_finding else found
 
 
 def _mean_pose(robot: RobotPath, pause: IntArray) -> FloatArray:
@@ -133,22 +152,22 @@ def _image(path: str, frames: ImageFrames, image_times: IntArray, group: IntArra
     return PausedFrames(path, frames.decoder, positions, int(image_times[chosen[0]]))
 
 
-def require_stations(path: str, line: Timeline) -> None:
-    """Check that the robot stood still while an image was taken.
+def require_stations(path: str, line: Timeline, moving: MovingFrames | None) -> None:
+    """Check that the robot stood still while an image was taken, or that frames in motion will do.
 
     Raises:
-        InputError: It never did.
+        InputError: Neither is so.
     """
-    if any(len(group) for group in line.images):
+    if line.stations or (moving is not None and moving.are_stations):
         return
     pauses = len(line.pauses)
     found = f"{pauses} pauses without one" if pauses else "no pause"
     raise InputError(
         f"expected pauses of the robot with images, found {found} in {line.robot.seconds:.1f} s of"
-        " poses",
+        f" poses, and fewer than {FEWEST_FRAMES} frames along its way",
         where=path,
-        hint="let the robot stand still for a second at every station; if it did, check the"
-        " frames, and the clocks with --time-offset",
+        hint="let the robot stand still for a second at every station, or move on for longer; if it"
+        " did, check the frames, and the clocks with --time-offset",
     )
 
 
@@ -169,14 +188,16 @@ def file_findings(content: Survey) -> list[Finding]:
     return found
 
 
-def usage_findings(line: Timeline) -> list[Finding]:
+def usage_findings(line: Timeline, moving: MovingFrames | None) -> list[Finding]:
     """Return which images and pauses are of no use."""
     found = []
     frame_count = len(line.image_times_ns)
+    if moving is not None and moving.are_stations:
+        return [findings.stations_moving(len(moving.stations), frame_count, line.stations)]
     unused = frame_count - sum(len(group) for group in line.images)
     if unused:
         found.append(findings.frames_moving(unused, frame_count))
-    empty = sum(1 for group in line.images if not len(group))
+    empty = len(line.images) - line.stations
     if empty:
         found.append(findings.pauses_without_image(empty, len(line.images)))
     return found

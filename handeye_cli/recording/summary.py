@@ -9,8 +9,10 @@ from typing import Any, TypeVar
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError
 from handeye_cli.recording import selection, stations, survey
+from handeye_cli.recording.moving import moving_frames
 from handeye_cli.recording.options import McapOptions
 from handeye_cli.recording.selection import AmbiguousError
+from handeye_cli.recording.several_files import Paths
 from handeye_cli.recording.survey import ImageFrames, Survey
 from handeye_cli.recording.timeline import Timeline, timeline
 from handeye_cli.recording.topics import TopicCounter
@@ -32,11 +34,11 @@ _PLACEHOLDERS = {"--setup": "WHERE", "--target": "SPEC", "--gripper-frame": "FRA
 _TOPIC = "TOPIC"
 
 
-def summarise(path: str, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
+def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
     """Look into an MCAP recording, before and without a calibration.
 
     Args:
-        path: The MCAP file.
+        path: The MCAP file, a folder, or several of these.
         options: Choices; what they leave open is looked for in the file.
         flags: The choices as they were given on the command line, by name without dashes.
 
@@ -136,8 +138,9 @@ class _Chooser:
             return None
         line = timeline(self.frames, self.chain, self.options)
         self.findings += [line.clock_finding] if line.clock_finding else []
-        self.findings += stations.usage_findings(line)
-        self._try("no-stations", lambda: stations.require_stations(self.content.path, line))
+        moving = moving_frames(self.content.path, self.frames, line, self.options)
+        self.findings += stations.usage_findings(line, moving)
+        self._try("no-stations", lambda: stations.require_stations(self.content.path, line, moving))
         return line
 
 
@@ -180,8 +183,8 @@ def _way(chain: Chain | None) -> tuple[str, ...]:
     return (*up, *(link.parent for link in first), *(link.child for link in chain.to_gripper))
 
 
-def _command(path: str, flags: Mapping[str, Any], missing: tuple[MissingFlag, ...]) -> str:
-    words = ["handeye", "solve", path]
+def _command(path: Paths, flags: Mapping[str, Any], missing: tuple[MissingFlag, ...]) -> str:
+    words = ["handeye", "solve", *([path] if isinstance(path, str) else path)]
     for name, value in flags.items():
         words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
     for each in missing:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from handeye_cli.errors import InputError
-from handeye_cli.recording import bag_folder, container, joint_states, transforms, urdf
+from handeye_cli.recording import container, joint_states, several_files, transforms, urdf
 from handeye_cli.recording.bag_folder import BagFiles
 from handeye_cli.recording.clock import Clock
 from handeye_cli.recording.container import Channel, Position, RawMessage
@@ -29,6 +29,7 @@ from handeye_cli.recording.messages import (
     TransformsMessage,
     TransformStamped,
 )
+from handeye_cli.recording.several_files import Paths
 from handeye_cli.records import IntArray
 
 _STATIC_TOPIC = "tf_static"
@@ -80,7 +81,7 @@ class Survey:
     """What a recording holds.
 
     Attributes:
-        path: The file, or the folder of its files.
+        path: What it is called in messages: its file or folder, or the first of several.
         files: Its files.
         losses: What of it is missing or damaged.
         unreadable: Messages that cannot be decoded, by topic.
@@ -111,18 +112,18 @@ class Survey:
         return self.losses.cut > 0
 
 
-def take(path: str, tell: Callable[[RawMessage], None] | None = None) -> Survey:
+def take(path: Paths, tell: Callable[[RawMessage], None] | None = None) -> Survey:
     """Return what a recording holds; what is damaged in it is left out and counted.
 
     Args:
-        path: An MCAP file, or the folder of a recording in several files.
+        path: An MCAP file, the folder of a recording in several files, or several of these.
         tell: Told of every message, also of those that cannot be read, or None.
 
     Raises:
         InputError: A file cannot be opened or is no MCAP file, or there is none in the folder.
     """
     surveyor, losses = _Surveyor(every=tell is not None), Losses()
-    files = bag_folder.files_of(path)
+    files = several_files.files_of(path)
     for file in files.paths:
         for message in container.scan(file, surveyor.wants, losses):
             if tell is not None:
@@ -136,7 +137,7 @@ def take(path: str, tell: Callable[[RawMessage], None] | None = None) -> Survey:
         poses |= {topic: good} if good else {}
         dropped += bad
     return Survey(
-        path=path,
+        path=several_files.name_of(path),
         files=files,
         losses=losses,
         unreadable=surveyor.unreadable,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handeye_cli.geometry.trajectory import Trajectory
 from handeye_cli.recording import clock
 from handeye_cli.recording.clock import Clock
 from handeye_cli.recording.options import McapOptions
@@ -32,6 +33,15 @@ class RobotPath:
         """Time from the first pose to the last."""
         return float(self.times_ns[-1] - self.times_ns[0]) / 1e9 if len(self.times_ns) else 0.0
 
+    @property
+    def trajectory(self) -> Trajectory:
+        """The same of one pose or more, in seconds since the first of them."""
+        return Trajectory(self.seconds_of(self.times_ns), self.poses)
+
+    def seconds_of(self, times_ns: IntArray) -> FloatArray:
+        """Return (m,) times in seconds since the first pose."""
+        return np.asarray((times_ns - self.times_ns[0]) / 1e9)
+
 
 @dataclass(frozen=True)
 class Timeline:
@@ -52,6 +62,11 @@ class Timeline:
     robot: RobotPath
     pauses: IntArray
     images: tuple[IntArray, ...]
+
+    @property
+    def stations(self) -> int:
+        """Number of pauses with an image."""
+        return sum(1 for group in self.images if len(group))
 
 
 def timeline(frames: ImageFrames, chain: Chain, options: McapOptions) -> Timeline:

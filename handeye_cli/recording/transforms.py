@@ -1,9 +1,9 @@
 """The tree of frames, by the rules of ROS's tf2.
 
 Names lose one leading slash; transforms of a frame to itself, without a name, with numbers that are
-not finite or with a quaternion far from unit length are dropped; a static transform holds for all
-time and its last value counts; between two samples the translation is interpolated linearly and the
-rotation along the shorter arc; nothing is extrapolated.
+not finite or beyond all lengths, or with a quaternion far from unit length are dropped; a static
+transform holds for all time and its last value counts; between two samples the translation is
+interpolated linearly and the rotation along the shorter arc; nothing is extrapolated.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from handeye_cli.errors import InputError, did_you_mean
 from handeye_cli.geometry import rotations, se3
+from handeye_cli.geometry.trajectory import between
 from handeye_cli.recording.clock import Clock
+from handeye_cli.recording.layout import LARGEST
 from handeye_cli.records import FloatArray, IntArray
 
 BoolArray = NDArray[np.bool_]
@@ -63,8 +65,9 @@ class Samples:
 
 def clean(samples: Samples) -> Samples:
     """Return the samples tf2 would accept; none of a link without two different names."""
-    square = np.sum(samples.numbers[:, 3:] ** 2, axis=1)
-    good = np.isfinite(samples.numbers).all(axis=1) & (np.abs(square - 1.0) <= _UNIT_TOLERANCE)
+    usable = np.abs(samples.numbers) <= LARGEST  # not where a number is none
+    square = np.sum(np.where(usable, samples.numbers, 0.0)[:, 3:] ** 2, axis=1)
+    good = usable.all(axis=1) & (np.abs(square - 1.0) <= _UNIT_TOLERANCE)
     good &= bool(samples.parent and samples.child and samples.parent != samples.child)
     return replace(
         samples,
@@ -100,7 +103,7 @@ def interpolate(samples: Samples, clock: Clock, times_ns: IntArray) -> tuple[Flo
     span = np.maximum(known_ns[after] - known_ns[before], 1)
     weight = np.clip((times_ns - known_ns[before]) / span, 0.0, 1.0)
     valid = (times_ns >= known_ns[0]) & (times_ns <= known_ns[-1])
-    return _between(poses[before], poses[after], weight), valid
+    return between(poses[before], poses[after], weight), valid
 
 
 @dataclass(frozen=True)
@@ -254,15 +257,6 @@ def _latest(known: Samples | None, new: Samples) -> Samples:
 
 def _poses(numbers: FloatArray) -> FloatArray:
     return se3.from_parts(rotations.matrix_from_quaternion(numbers[..., 3:]), numbers[..., :3])
-
-
-def _between(start: FloatArray, end: FloatArray, weight: FloatArray) -> FloatArray:
-    """Interpolate between (m, 4, 4) poses, (m,) weight 0 being the start."""
-    R0, R1 = start[:, :3, :3], end[:, :3, :3]
-    turn = rotations.log(np.swapaxes(R0, -1, -2) @ R1)
-    R = R0 @ rotations.exp(weight[:, None] * turn)
-    t = start[:, :3, 3] + weight[:, None] * (end[:, :3, 3] - start[:, :3, 3])
-    return se3.from_parts(R, t)
 
 
 def _product(

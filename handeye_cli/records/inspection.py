@@ -9,6 +9,7 @@ from handeye_cli.records.basics import Finding, ProvenanceStep
 from handeye_cli.records.blame import BlameShares, SmoothResiduals
 from handeye_cli.records.free import FreeDirection
 from handeye_cli.records.hypotheses import HypothesisFit, LengthRatio
+from handeye_cli.records.moving import TimeOffset
 from handeye_cli.records.recording_summary import RecordingSummary
 from handeye_cli.records.results import PredictedError, StationResidual
 
@@ -29,6 +30,7 @@ class Inspection:
         predicted_error: Expected error of the answer, where there is one.
         surfaces: What smooth surfaces explain of the residuals in the images; None without pixels.
         blame: What the stations' residuals are put down to, where there is an answer.
+        time_offset: The time between images and the robot's poses, where frames in motion tell it.
         recording: What the robot's recording holds that the data come from, if they come from one.
         provenance: How it came about.
     """
@@ -42,6 +44,7 @@ class Inspection:
     predicted_error: PredictedError | None = None
     surfaces: SmoothResiduals | None = None
     blame: BlameShares | None = None
+    time_offset: TimeOffset | None = None
     recording: RecordingSummary | None = None
     provenance: tuple[ProvenanceStep, ...] = ()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from handeye_cli.conventions import QuaternionOrder, RobotPoses, Setup
 from handeye_cli.records.basics import (
@@ -17,6 +17,10 @@ from handeye_cli.records.basics import (
     TargetSpec,
     UncertainPose,
 )
+
+if TYPE_CHECKING:
+    from handeye_cli.records.frames import RobotFrames
+    from handeye_cli.records.moving import MovingFrames
 
 
 class ImageSource(Protocol):
@@ -55,7 +59,7 @@ class WrittenRotation:
 
 @dataclass(frozen=True)
 class RecordedStation:
-    """A pause of the robot with a picture.
+    """A pause of the robot with a picture, or a frame in motion where it never pauses.
 
     Attributes:
         name: Name of the station.
@@ -96,6 +100,8 @@ class Station:
         camera_T_target: Pose of the target in the camera, or None when unknown.
         reason: Why the station cannot be used, or None.
         written: How the robot's pose was written, or None for the default form.
+        robot_covariance: (6, 6) of `base_T_gripper` beside the robot's own noise, or None: what an
+            uncertain time adds to it while the robot moves.
     """
 
     name: str
@@ -104,11 +110,15 @@ class Station:
     camera_T_target: UncertainPose | None = None
     reason: str | None = None
     written: WrittenRotation | None = None
+    robot_covariance: FloatArray | None = None
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Images and robot poses, as they were taken."""
+    """Images and robot poses, as they were taken.
+
+    Robots' recordings only know `moving`, and `frames`, which says what the robot calls its own.
+    """
 
     setup: Setup
     stations: tuple[RecordedStation, ...]
@@ -117,6 +127,8 @@ class Recording:
     noise: Noise | None = None
     findings: tuple[Finding, ...] = ()
     provenance: tuple[ProvenanceStep, ...] = ()
+    moving: MovingFrames | None = None
+    frames: RobotFrames | None = None
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import math
 from rich.console import Console
 
 from handeye_cli.records import BlameShares, HypothesisFit, Inspection, LengthRatio, SmoothResiduals
+from handeye_cli.records.moving import TimeOffset
 from handeye_cli.render.console import show_table
 from handeye_cli.render.recording_summary import show_recording_summary
 from handeye_cli.render.residuals import show_residuals
@@ -20,8 +21,20 @@ def show_inspection(inspection: Inspection, console: Console) -> None:
     console.print(f"{_verdict(inspection)}{_scope(inspection)}\n", style="bold")
     if inspection.recording is not None:
         show_recording_summary(inspection.recording, console)
+    if inspection.time_offset is not None:
+        _show_time_offset(inspection.time_offset, console)
     if inspection.stations:
         _show_stations(inspection, console)
+
+
+def _show_time_offset(time: TimeOffset, console: Console) -> None:
+    sigma = _ms(time.sigma)
+    console.print(f"Time between images and poses, from {count(time.frames, 'frame')} in motion")
+    rows = [["to add to the images' times", f"{_ms(time.offset)} +- {sigma}", "ms"]]
+    if time.given:
+        rows.append(["as given", _ms(time.given), "ms"])
+    rows.append(["scatter of single images", _ms(time.jitter), "ms"])
+    show_table(console, ["", "", ""], rows, left=[0, 2])
 
 
 def _show_stations(inspection: Inspection, console: Console) -> None:
@@ -40,6 +53,10 @@ def _show_stations(inspection: Inspection, console: Console) -> None:
         _show_surfaces(inspection.surfaces, console)
     console.print("Residuals of the stations")
     show_residuals(inspection.stations, console)
+
+
+def _ms(seconds: float) -> str:
+    return f"{1e3 * seconds:.2f}"
 
 
 def _scope(inspection: Inspection) -> str:

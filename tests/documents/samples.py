@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +49,7 @@ from handeye_cli.records import (
     WithoutBadStations,
 )
 from handeye_cli.records.line import WrittenRotation
+from handeye_cli.records.moving import TimeOffset
 from handeye_cli.records.planning import CircleError, Gain, MovedStation, PlanBasis
 from handeye_cli.records.recording_summary import (
     LinkSummary,
@@ -162,6 +163,7 @@ def features(rng: np.random.Generator) -> Features:
         Station("02", as_euler(WRITTEN), reason="31 of 36 discs: the left is cut", written=WRITTEN),
         Station("a: b", pose(rng), Observation(np.arange(0), np.empty((0, 2))), reason="too few"),
     )
+    stations = (replace(stations[0], robot_covariance=covariance(rng, 6)), *stations[1:])
     line = LINE | {"camera": camera(rng), "image_size": (640, 480)}
     return Features(Setup.EYE_IN_HAND, stations, TARGET, **line)
 
@@ -180,6 +182,7 @@ def stations(rng: np.random.Generator) -> Stations:
     entries += [Station("y", pose(rng), reason="not found")]
     inverse = WrittenRotation(RobotPoses.BASE_IN_GRIPPER)
     entries += [Station("z", pose(rng), reason="not found", written=inverse)]
+    entries += [Station("l", pose(rng), reason="late", robot_covariance=covariance(rng, 6))]
     line = LINE | {"camera": camera(rng), "target": TARGET}
     return Stations(Setup.EYE_IN_HAND, tuple(entries), **line)
 
@@ -264,6 +267,7 @@ def inspection(rng: np.random.Generator) -> Inspection:
             HypothesisFit("pose-units", "in mm", "--pose-units mm", 1e-3, 1e-4),
         ),
         length_ratio=LengthRatio(1.27, 1e-3),
+        time_offset=TimeOffset(-1 / 30, 2e-4, 1e-3, 47, given=0.01),
         free=FREE,
         predicted_error=PREDICTION,
         surfaces=SmoothResiduals(0.13, 0.05, 1e-3, 1e-4, -1e-3, 1e-5, 2e-3, 2e-5, 0.6, 0.2),

@@ -37,6 +37,10 @@ NAMES = [
 ]
 
 
+UNWRITTEN = {"Recording.frames", "Recording.moving"}
+"""Known of robots' recordings only, which are no documents."""
+
+
 @pytest.fixture
 def records(tmp_path):
     return samples.records(np.random.default_rng(5), tmp_path)
@@ -44,7 +48,7 @@ def records(tmp_path):
 
 def test_the_samples_leave_no_field_of_a_record_out(records):
     # else a new field could be lost on the way without a test that fails
-    assert samples.fields_at_default(records) == []
+    assert set(samples.fields_at_default(records)) == UNWRITTEN
 
 
 @pytest.mark.parametrize("ending", ["yaml", "json"])

@@ -232,7 +232,7 @@ REFUSED = {
     ),
     "metadata-without-files": (
         folder_of(metadata_dot_yaml=metadata([], relative_file_paths=5).encode()),
-        ["relative_file_paths", "found 5"],
+        ["relative_file_paths", "found '5'"],
     ),
     "one-is-none": (
         folder_of(a_dot_mcap=b"", b_dot_mcap=b"x"), ["a.mcap", "found an empty file"],

@@ -249,13 +249,6 @@ def test_setup_is_asked_for(path):
     assert caught.value.hint == "give --setup eye-in-hand or eye-to-hand"
 
 
-def test_recording_without_a_pause_is_refused(tmp_path):
-    robot = Robot(stations=2)
-    moving = [m for m in robot.messages() if robot.moving((m[0] - ns(0)) / 1e9) or "static" in m[1]]
-    with pytest.raises(InputError, match=r"found no pause in 0\.8 s of poses"):
-        recording.read(write(tmp_path / "a.mcap", moving), OPTIONS)
-
-
 def test_recording_without_images_in_pauses_is_refused(tmp_path):
     robot = Robot(stations=2)
     mixed = in_order(robot.static(), robot.links(), list(robot.images())[22:34])
