@@ -1,8 +1,8 @@
 """Plain command lines, read without Typer: it takes longer to load than poses take to solve.
 
-A line is plain when all its words are known and complete and its values are text. Everything else
-- help, numbers, faults, rare spellings - is left to Typer, which reads the same flags and means the
-same by them.
+A line is plain when all its words are known and complete and its values are single texts.
+Everything else - help, numbers, several inputs, faults, rare spellings - is left to Typer, which
+reads the same flags and means the same by them.
 """
 
 from __future__ import annotations
@@ -44,9 +44,11 @@ def plain_groups(command: Callable[..., None], words: Sequence[str]) -> dict[str
 def _read(flags: dict[str, tuple[Any, Flag]], words: Iterator[str]) -> Iterator[tuple[str, Any]]:
     """Yield the name and the value of every field that the words fill."""
     spellings = {spelling: name for name in flags for spelling in _spellings(name, flags[name][1])}
+    places = iter([name for name in flags if isinstance(flags[name][1], Argument)])
     for word in words:
         if not _is_flag(word):
-            yield _known(spellings, ""), word
+            name = _next(places)
+            yield name, _converted(flags[name][0], word, attached=True)
             continue
         spelling, equals, text = word.partition("=")
         name = _known(spellings, spelling)
@@ -59,12 +61,18 @@ def _read(flags: dict[str, tuple[Any, Flag]], words: Iterator[str]) -> Iterator[
 
 def _spellings(name: str, flag: Flag) -> tuple[str, ...]:
     if isinstance(flag, Argument):
-        return ("",)
+        return ()
     return flag.names or (f"--{name.replace('_', '-')}",)
 
 
 def _is_flag(word: str) -> bool:
     return word.startswith("-") and word != "-"
+
+
+def _next(places: Iterator[str]) -> str:
+    for name in places:
+        return name
+    raise _NotPlainError
 
 
 def _known(spellings: dict[str, str], spelling: str) -> str:

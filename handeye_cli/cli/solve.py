@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from handeye_cli.cli.answer_file import AnswerFile, check_answer_file, write_answer
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Intrinsics, Mcap, Methods, Output, Solver, Source, Work
@@ -10,6 +11,8 @@ from handeye_cli.cli.progress import steps
 
 EXAMPLES = (
     "handeye solve data.mcap --target charuco:5x7:36mm:18mm:DICT_6X6_250",
+    "handeye solve part_0.mcap part_1.mcap --setup eye-in-hand --target chessboard:9x6:23.6mm \\\n"
+    "      -o calibration.yaml --mcap answer.mcap",
     "handeye solve stations.yaml --method tsai-lenz -o calibration.yaml",
 )
 
@@ -22,6 +25,7 @@ def solve(
     intrinsics: Intrinsics,
     solver: Solver,
     methods: Methods,
+    answer: AnswerFile,
     work: Work,
     output: Output,
 ) -> None:
@@ -33,6 +37,7 @@ def solve(
     from handeye_cli import pipeline, solvers
 
     check_output(output)
+    check_answer_file(answer, source, methods, output)
     solvers.load(solver.method)
     inputs = open_inputs(source, mcap, camera_file)
     opened = inputs[0]
@@ -45,10 +50,6 @@ def solve(
             compare=methods.compare,
             partial=methods.partial,
         )
-    finish(
-        "solve",
-        calibration,
-        output,
-        inputs,
-        given(source, mcap, camera_file, intrinsics, solver, methods),
-    )
+    write_answer(calibration, answer, opened, output)
+    flags = given(source, mcap, camera_file, intrinsics, solver, methods)
+    finish("solve", calibration, output, inputs, flags)

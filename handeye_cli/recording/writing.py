@@ -9,15 +9,12 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import IO
 
 from mcap.writer import CompressionType, Writer
 
 from handeye_cli import __version__
 from handeye_cli.images import encode_png
-from handeye_cli.recording.cdr_writing import AnyWritten, encoded
-from handeye_cli.recording.message_table import SCHEMAS
 from handeye_cli.recording.messages import (
     CameraInfoMessage,
     CompressedImageMessage,
@@ -26,6 +23,7 @@ from handeye_cli.recording.messages import (
     TransformsMessage,
     TransformStamped,
 )
+from handeye_cli.recording.ros2_channels import PROFILE, STATIC_TOPIC, Ros2Channels, Sent
 from handeye_cli.recording.transforms import Samples
 from handeye_cli.records import Camera, GreyImage
 
@@ -36,24 +34,6 @@ IMAGE_DELAY_NS = 30_000_000
 """From a picture's stamp to the time at which it is recorded."""
 
 _CHUNK_BYTES = 2**20
-_TIME = f"{'=' * 80}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
-"""The one definition that our decoders have built in and that other tools may miss."""
-_FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
-_QUALITY = (
-    "- history: 1\n  depth: 10\n  reliability: 1\n  durability: {durability}\n"
-    f"  deadline:{_FOREVER}\n  lifespan:{_FOREVER}\n"
-    f"  liveliness: 1\n  liveliness_lease_duration:{_FOREVER}\n"
-    "  avoid_ros_namespace_conventions: false\n"
-)
-"""A topic's quality of service in the words and numbers of rosbag2, which reads it for playing."""
-_VOLATILE, _TRANSIENT_LOCAL = 2, 1
-_STATIC_TOPIC = "/tf_static"
-_SCHEMA_OF = {
-    ImageMessage: "sensor_msgs/msg/Image",
-    CompressedImageMessage: "sensor_msgs/msg/CompressedImage",
-    CameraInfoMessage: "sensor_msgs/msg/CameraInfo",
-    TransformsMessage: "tf2_msgs/msg/TFMessage",
-}
 
 
 @dataclass(frozen=True)
@@ -75,15 +55,6 @@ class Streams:
     notes: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class _Sent:
-    """A message on its way into the file."""
-
-    log_time_ns: int
-    topic: str
-    message: AnyWritten
-
-
 def write(file: IO[bytes], streams: Streams) -> None:
     """Write a recording; the same bytes for the same streams.
 
@@ -92,8 +63,8 @@ def write(file: IO[bytes], streams: Streams) -> None:
         streams: What there is to record.
     """
     writer = Writer(file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
-    writer.start(profile="ros2", library=f"handeye {__version__}")
-    channels = _Channels(writer)
+    writer.start(profile=PROFILE, library=f"handeye {__version__}")
+    channels = Ros2Channels(writer)
     links = [_transforms(link) for link in streams.links]
     for sent in heapq.merge(*links, _camera(streams), key=lambda sent: sent.log_time_ns):
         channels.write(sent)
@@ -102,60 +73,32 @@ def write(file: IO[bytes], streams: Streams) -> None:
     writer.finish()  # type: ignore[no-untyped-call]
 
 
-class _Channels:
-    """The topics of a file, made with the first message of each."""
-
-    def __init__(self, writer: Writer) -> None:
-        self._writer = writer
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
-        self._counts: dict[str, int] = {}
-
-    def write(self, sent: _Sent) -> None:
-        if sent.topic not in self._channels:
-            self._channels[sent.topic] = self._register(sent)
-        count = self._counts[sent.topic] = self._counts.get(sent.topic, -1) + 1
-        channel, time = self._channels[sent.topic], sent.log_time_ns
-        payload = encoded(sent.message)
-        self._writer.add_message(channel, time, payload, publish_time=time, sequence=count)
-
-    def _register(self, sent: _Sent) -> int:
-        name = _SCHEMA_OF[type(sent.message)]
-        if name not in self._schemas:
-            module = import_module(SCHEMAS[name.replace("/msg/", "/")].module)
-            text = module.DEFINITION + _TIME
-            self._schemas[name] = self._writer.register_schema(name, "ros2msg", text.encode())
-        durability = _TRANSIENT_LOCAL if sent.topic == _STATIC_TOPIC else _VOLATILE
-        quality = {"offered_qos_profiles": _QUALITY.format(durability=durability)}
-        return self._writer.register_channel(sent.topic, "cdr", self._schemas[name], quality)
-
-
-def _transforms(link: Samples) -> Iterator[_Sent]:
-    topic = _STATIC_TOPIC if link.static else "/tf"
+def _transforms(link: Samples) -> Iterator[Sent]:
+    topic = STATIC_TOPIC if link.static else "/tf"
     for stamp, log_time, numbers in zip(
         link.stamps_ns.tolist(), link.log_times_ns.tolist(), link.numbers.tolist(), strict=True
     ):
         x, y, z, *quaternion = numbers
         header = Header(stamp, link.parent)
         transform = TransformStamped(header, link.child, (x, y, z), tuple(quaternion))
-        yield _Sent(log_time, topic, TransformsMessage((transform,)))
+        yield Sent(log_time, topic, TransformsMessage((transform,)))
 
 
-def _camera(streams: Streams) -> Iterator[_Sent]:
+def _camera(streams: Streams) -> Iterator[Sent]:
     """Yield the intrinsics and the picture of each stamp, as one stream draws each only once."""
     for stamp, picture in streams.pictures:
         header, time = Header(stamp, CAMERA_FRAME), stamp + IMAGE_DELAY_NS
-        yield _Sent(time, CAMERA_INFO_TOPIC, _camera_info(header, streams.camera))
+        yield Sent(time, CAMERA_INFO_TOPIC, _camera_info(header, streams.camera))
         yield _picture(header, time, picture, streams.compressed)
 
 
-def _picture(header: Header, time: int, picture: GreyImage, compressed: bool) -> _Sent:
+def _picture(header: Header, time: int, picture: GreyImage, compressed: bool) -> Sent:
     if compressed:
         message = CompressedImageMessage(header, "mono8; png compressed", encode_png(picture))
-        return _Sent(time, f"{IMAGE_TOPIC}/compressed", message)
+        return Sent(time, f"{IMAGE_TOPIC}/compressed", message)
     height, width = picture.shape
     raw = ImageMessage(header, height, width, "mono8", False, width, picture.tobytes())
-    return _Sent(time, IMAGE_TOPIC, raw)
+    return Sent(time, IMAGE_TOPIC, raw)
 
 
 def _camera_info(header: Header, camera: Camera) -> CameraInfoMessage:

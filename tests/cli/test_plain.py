@@ -56,7 +56,8 @@ def test_values_have_the_types_of_their_fields():
     "words",
     [
         "",
-        "a.yaml b.yaml",
+        "a.mcap b.mcap",
+        "a.mcap --setup eye-in-hand b.mcap c.mcap",
         "in.yaml --help",
         "in.yaml -h",
         "in.yaml --metod tsai-lenz",
@@ -74,6 +75,12 @@ def test_values_have_the_types_of_their_fields():
 )
 def test_all_other_lines_are_left_to_typer(words):
     assert plain_groups(probe, words.split()) is None
+
+
+def test_further_inputs_may_stand_anywhere():
+    read = by_typer(["a.mcap", "--setup", "eye-in-hand", "b.mcap", "-q", "c.mcap"])["source"]
+    assert read.paths == ("a.mcap", "b.mcap", "c.mcap")
+    assert by_typer(["a.mcap"])["source"].paths == ("a.mcap",)
 
 
 def test_a_flag_that_is_required_makes_a_line_without_it_one_for_typer():
