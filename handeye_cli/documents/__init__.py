@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         Stations,
         Verification,
     )
+    from handeye_cli.records.batch import Batch
 
     Record = (
         Recording
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         | Stations
         | Calibration
         | Verification
+        | Batch
         | Inspection
         | Plan
         | Simulation
@@ -66,7 +68,7 @@ __all__ = [
     "write_text",
 ]
 
-AnyRecord = TypeVar("AnyRecord", bound="Record")
+AnyRecord = TypeVar("AnyRecord", bound="Features | Stations | Calibration")
 
 
 class _Kind(Protocol):

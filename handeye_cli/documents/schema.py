@@ -19,9 +19,11 @@ KINDS = (
     "stations",
     "calibration",
     "verification",
+    "batch",
     "inspection",
     "plan",
     "simulation",
+    "truth",
 )
 """Every kind of document, in the order of the line."""
 

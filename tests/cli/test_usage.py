@@ -9,6 +9,7 @@ COMMANDS = [
     "extrinsics",
     "solve",
     "verify",
+    "batch",
     "export",
     "import",
     "inspect",
