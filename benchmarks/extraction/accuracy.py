@@ -1,28 +1,43 @@
-"""Discs against the Cramer-Rao bound, by tilt, in plain light and in clutter and shadows.
-
-The bound is that of each disc with all else known (handeye_cli.simulate.bound). Per view the ratio
-is that of the RMS error of its discs over the RMS bound. The bias is the RMS of the mean errors in
-some pictures of the same scene with so little noise that it just undoes the rounding to whole grey
-levels, less what is left of that noise; `rounded` is the RMS error in a picture without noise.
-"""
+"""Discs against the Cramer-Rao bound, by tilt, in plain light and in clutter and shadows."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
+import cv2
 import numpy as np
 
-from extraction.detection import finder, fitted, like, opencv, views_of
+from benchmarks.effort import Effort
+from benchmarks.extraction.detection import finder, fitted, like, opencv, views_of
+from benchmarks.tables import Column, Table
 from handeye_cli.simulate.bound import centre_bound
 from handeye_cli.simulate.render import expose, paint_target
 from handeye_cli.simulate.scenery import Scenery
 
 TILTS = (0, 15, 30, 45, 55)
-HEAD = (
-    "light     tilts [deg]  views  bound [px]  RMS [px]  ratio (50 %)  (max)  > 1.5  sigma / RMS"
-    "  bias [px]  rounded  ellipses  OpenCV"
+HEADS = (
+    Column("light"),
+    Column("tilts [deg]"),
+    Column("views", "d"),
+    Column("bound [px]", ".4f"),
+    Column("RMS [px]", ".4f"),
+    Column("RMS / bound, median", ".3f"),
+    Column("largest", ".2f"),
+    Column("above 1.5", "d"),
+    Column("sigma / RMS", ".2f"),
+    Column("bias [px]", ".5f"),
+    Column("rounded [px]", ".5f"),
+    Column("ellipses [px]", ".3f"),
+    Column("OpenCV [px]", ".3f"),
 )
+NOTE = """The bound is that of each disc with all else known. Per view the ratio is that of the
+RMS error of its discs over the RMS bound, sigma the error that the fit predicts of itself. The
+bias is the RMS of the mean errors in some pictures of the same scene with so little noise that it
+just undoes the rounding to whole grey levels, less what is left of that noise; `rounded` is the
+RMS error in a picture without noise, `ellipses` that of the search alone, whose centres are those
+of ellipses."""
 PICTURES = 16
 DITHER = 0.5
 """Noise in grey levels at which rounding is as good as random."""
@@ -66,26 +81,37 @@ def in_plain_light(camera, view):
     return replace(view, image=image, scenery=Scenery())
 
 
-def row(name, low, high, table) -> str:
+def row(name, low, high, table):
     bound, ours, sigma, bias, rounded, rough, cv = table.T
     ratio = ours / bound
     return (
-        f"{name:9} {low:5d} - {high:<5d} {len(table):5d} {np.median(bound):11.4f} "
-        f"{np.median(ours):9.4f} {np.nanmedian(ratio):13.3f} {np.nanmax(ratio):6.2f} "
-        f"{np.sum(ratio > 1.5):6d} {np.nanmedian(sigma / ours):12.2f} "
-        f"{np.sqrt(max(np.nanmean(bias), 0.0)):10.5f} {np.sqrt(np.nanmean(rounded**2)):8.5f} "
-        f"{np.nanmedian(rough):9.3f} {np.nanmedian(cv):7.3f}"
+        name,
+        f"{low} - {high}",
+        len(table),
+        np.median(bound),
+        np.median(ours),
+        np.nanmedian(ratio),
+        np.nanmax(ratio),
+        int(np.sum(ratio > 1.5)),
+        np.nanmedian(sigma / ours),
+        np.sqrt(max(np.nanmean(bias), 0.0)),
+        np.sqrt(np.nanmean(rounded**2)),
+        np.nanmedian(rough),
+        np.nanmedian(cv) if np.isfinite(cv).any() else np.nan,
     )
 
 
-def report(options) -> None:
-    print("Centres of discs against the Cramer-Rao bound, " + options.sizes.split(",")[0])
-    print(HEAD)
-    views = list(views_of(options.sizes.split(",")[0], options.views, options.seed))
+def tables(effort: Effort) -> Iterator[Table]:
+    cv2.setNumThreads(1)
+    size = effort.sizes.split(",")[0]
+    views = list(views_of(size, effort.views, effort.seed))
     tilts = np.degrees([view.tilt for _, view in views])
+    rows = []
     for name, change in (("plain", in_plain_light), ("cluttered", lambda _, view: view)):
         table = np.array([measure(camera, change(camera, view)) for camera, view in views])
         for low, high in [*pairwise(TILTS), (TILTS[0], TILTS[-1])]:
             chosen = (tilts >= low) & (tilts <= high)
-            if chosen.any():
-                print(row(name, low, high, table[chosen]), flush=True)
+            if np.isfinite(table[chosen, 1]).any():
+                rows.append(row(name, low, high, table[chosen]))
+    title = f"Centres of discs against the Cramer-Rao bound, {size}"
+    yield Table("extraction_bound", title, HEADS, rows, NOTE)

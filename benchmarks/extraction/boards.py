@@ -1,14 +1,16 @@
-"""Points of the other targets: distance from the true ones and time, beside OpenCV's own.
-
-Views of a bare board at tilts of 0 to 55 deg, blur 0.7 px, noise of 2 grey levels. `detect` is what
-OpenCV's detector gives, which is also where ours starts; `refine` adds the fit through the camera.
-"""
+"""Points of the other targets: distance from the true ones and time, beside OpenCV's own."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import cv2
 import numpy as np
 
-from extraction.detection import camera_of, timed
+from benchmarks.effort import Effort
+from benchmarks.extraction.detection import camera_of
+from benchmarks.processes import timed
+from benchmarks.tables import Column, Table
 from handeye_cli import targets
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
@@ -24,9 +26,20 @@ BOARDS = {
     "apriltag-grid:36h11:4x3:30mm:10mm": 60.0,
 }
 """Targets, and pixels of their last length but one: a square, or the side of a tag."""
-HEAD = (
-    "target                               views  points  detect [px]  refine [px]  sigma / RMS  ms"
+HEADS = (
+    Column("target"),
+    Column("views", "d"),
+    Column("found", "d"),
+    Column("points", "d"),
+    Column("detect [px]", ".4f"),
+    Column("refine [px]", ".4f"),
+    Column("sigma / RMS", ".2f"),
+    Column("detect [ms]", ".1f"),
+    Column("refine [ms]", ".1f"),
 )
+NOTE = """Views of a bare board at tilts of 0 to 55 deg, blur 0.7 px, noise of 2 grey levels.
+`detect` is what OpenCV's detector gives, which is also where ours starts; `refine` adds the fit
+through the camera. Both are RMS distances from the true points, per coordinate."""
 
 
 def look(camera, board, size_px, rng):
@@ -62,16 +75,25 @@ def run(text, size_px, count, seed):
     return len(board.points()), np.array(rows)
 
 
-def report(options) -> None:
-    print("Other targets, noise of 2 grey levels, tilts of 0 to 55 deg")
-    print(HEAD)
-    for text, size_px in BOARDS.items():
-        points, table = run(text, size_px, max(options.views // 3, 3), options.seed)
-        before, after, sigma, first, second = table.T
-        ours = np.sqrt(np.mean(after))
-        print(
-            f"{text:36} {len(table):5d} {points:7d} {np.sqrt(np.mean(before)):12.4f} {ours:12.4f} "
-            f"{np.sqrt(np.mean(sigma**2)) / ours:12.2f} "
-            f"{1e3 * np.median(first):.0f} + {1e3 * np.median(second):.0f}",
-            flush=True,
-        )
+def row(text, size_px, count, seed):
+    points, table = run(text, size_px, count, seed)
+    before, after, sigma, first, second = table.T
+    ours = np.sqrt(np.mean(after))
+    return (
+        text,
+        count,
+        len(table),
+        points,
+        np.sqrt(np.mean(before)),
+        ours,
+        np.sqrt(np.mean(sigma**2)) / ours,
+        1e3 * np.median(first),
+        1e3 * np.median(second),
+    )
+
+
+def tables(effort: Effort) -> Iterator[Table]:
+    cv2.setNumThreads(1)
+    count = max(effort.views // 3, 3)
+    rows = [row(text, size_px, count, effort.seed) for text, size_px in BOARDS.items()]
+    yield Table("extraction_boards", "Points of other targets", HEADS, rows, NOTE)

@@ -1,24 +1,33 @@
-"""Real recordings, where the truth is unknown: images found, and how well a pinhole explains them.
-
-The residual is that of intrinsics and poses estimated from the points themselves, with the board
-flat and its points where its maker put them, so it has a floor that no detector can go below.
-"""
+"""Real recordings, where the truth is unknown: how well a pinhole explains what was found."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 
-from extraction.detection import timed
+from benchmarks.effort import Effort
+from benchmarks.processes import timed
+from benchmarks.tables import Column, Table
 from handeye_cli import documents, targets
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.records import Features, Observation, Station
 
-HEAD = (
-    "recording     images  found rough  fitted  residual rough [px]  fitted [px]  ms rough  + fit"
+HEADS = (
+    Column("recording"),
+    Column("images", "d"),
+    Column("found", "d"),
+    Column("found and fitted", "d"),
+    Column("residual, found [px]", ".4f"),
+    Column("fitted [px]", ".4f"),
+    Column("find [ms]", ".1f"),
+    Column("fit [ms]", ".1f"),
 )
+NOTE = """The residual is that of intrinsics and poses estimated from the points themselves, with
+the board flat and its points where its maker put them, so it has a floor that no detector can go
+below."""
 
 
 def features_of(recording, seen):
@@ -40,7 +49,7 @@ def residual(recording, seen) -> float:
     return float(np.median(sigmas))
 
 
-def row(path: Path) -> str:
+def row(path: Path):
     recording = documents.read(path)
     board = targets.build(recording.target)
     images = [station.image.load() for station in recording.stations]
@@ -51,19 +60,14 @@ def row(path: Path) -> str:
     ]
     columns = [[seen for seen, _ in table] for table in (rough, fitted)]
     counts = [sum(seen.reason is None for seen in column) for column in columns]
-    left = [residual(replace(recording), column) for column in columns]
+    left = [residual(recording, column) for column in columns]
     spent = [1e3 * np.median([seconds for _, seconds in table]) for table in (rough, fitted)]
-    return (
-        f"{path.parent.name:13} {len(images):6d} {counts[0]:12d} {counts[1]:7d} {left[0]:20.4f} "
-        f"{left[1]:12.4f} {spent[0]:9.1f} {spent[1]:6.1f}"
-    )
+    return (path.parent.name, len(images), *counts, *left, *spent)
 
 
-def report(options) -> None:
-    folder = Path(options.data)
-    recordings = sorted(folder.glob("*/recording.yaml"))
-    print(f"Real recordings in {folder.name}" if recordings else "No real recordings: see --data")
-    if recordings:
-        print(HEAD)
-    for path in recordings:
-        print(row(path), flush=True)
+def tables(effort: Effort) -> Iterator[Table]:
+    cv2.setNumThreads(1)
+    recordings = sorted(Path(effort.data).glob("*/recording.yaml"))
+    rows = [row(path) for path in recordings]
+    if rows:
+        yield Table("extraction_real", "Real recordings", HEADS, rows, NOTE)

@@ -9,31 +9,26 @@ import sys
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from handeye_cli import __version__
+from handeye_cli.cli.commands import COMMANDS
 from handeye_cli.cli.flags import DEBUG
 from handeye_cli.cli.grouping import command_of
 from handeye_cli.cli.plain import plain_groups
-from handeye_cli.errors import HandeyeError
-
-COMMANDS = {
-    "import": "handeye_cli.cli.import_",
-    "extract": "handeye_cli.cli.extract",
-    "extrinsics": "handeye_cli.cli.extrinsics",
-    "solve": "handeye_cli.cli.solve",
-    "verify": "handeye_cli.cli.verify",
-    "export": "handeye_cli.cli.export",
-    "inspect": "handeye_cli.cli.inspect",
-    "report": "handeye_cli.cli.report",
-    "plan": "handeye_cli.cli.plan",
-    "simulate": "handeye_cli.cli.simulate",
-    "simulate recording": "handeye_cli.cli.simulate_recording",
-}
-"""Every command in the order of the help, with the module that holds a function of its name."""
+from handeye_cli.errors import HandeyeError, InputError
 
 _LONGEST = 2
 """Words in the name of a command, at most."""
+
+_HELP = (["--help"], ["-h"])
+"""Lines that ask for help and for nothing else."""
+
+_WRONG_USAGE = 2
+"""Exit code of a line without a word."""
+
+_ENDING = ("SIGTERM", "SIGHUP")
+"""Signals that ask a process to end; not every system has them."""
 
 _GARBAGE = 50_000
 """Objects made between two searches for garbage."""
@@ -57,6 +52,10 @@ def run(args: Sequence[str]) -> None:
 
 def _carry_out(words: list[str]) -> None:
     name, words = _named(words)
+    text = _text_asked_for(name, words)
+    if text is not None:
+        _say(text)
+        sys.exit(0 if name or words else _WRONG_USAGE)
     if name:
         command = command_of(import_module(COMMANDS[name]), name)
         groups = plain_groups(command, words)
@@ -70,6 +69,18 @@ def _carry_out(words: list[str]) -> None:
     # The other commands are needed by the help of all and by "did you mean" only.
     modules = {each: import_module(COMMANDS[each]) for each in ([name] if name else COMMANDS)}
     get_command(application(modules))([name, *words] if name else words, prog_name="handeye")
+
+
+def _text_asked_for(name: str, words: list[str]) -> str | None:
+    """Return what a line wants to read: help or the version; None when it wants work done."""
+    if words == ["--version"] and not name:
+        return f"handeye {__version__}\n"
+    asked_by_shell = "_HANDEYE_COMPLETE" in os.environ
+    if words in _HELP or not (name or words or asked_by_shell):
+        from handeye_cli.cli import help as texts
+
+        return texts.of_command(name, import_module(COMMANDS[name])) if name else texts.of_all()
+    return None
 
 
 def _named(words: list[str]) -> tuple[str, list[str]]:
@@ -90,12 +101,22 @@ def main() -> None:
     # A reader that leaves early, as `head` does, ends the command as it ends any other tool.
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    for name in _ENDING:
+        number = getattr(signal, name, None)
+        # not where the caller has it ignored, as `nohup` does
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _leave)
     if DEBUG not in sys.argv:
         sys.excepthook = _admit
     try:
         run(sys.argv[1:])
     except KeyboardInterrupt:
         sys.exit(130)
+
+
+def _leave(number: int, _: FrameType | None) -> None:
+    """End by way of SystemExit, so that files that are not whole are taken away."""
+    sys.exit(128 + number)
 
 
 def _sentence(error: HandeyeError) -> str:
@@ -111,6 +132,14 @@ def _admit(kind: type[BaseException], bug: BaseException, _: TracebackType | Non
         f"error: a bug in handeye {__version__}: {what}; run the same command with {DEBUG} and "
         "send the traceback to the maintainers"
     )
+
+
+def _say(text: str) -> None:
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", where="standard output") from error
 
 
 def _tell(text: str) -> None:

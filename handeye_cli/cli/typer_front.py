@@ -1,4 +1,4 @@
-"""The command line as Typer reads it: help, faults, and every spelling it knows."""
+"""The command line as Typer reads it: faults, completion, and every spelling it knows."""
 
 from __future__ import annotations
 
@@ -9,17 +9,29 @@ from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from handeye_cli import __version__
+from handeye_cli.cli import help as texts
 from handeye_cli.cli.flags import DEBUG, Argument, Flag
 from handeye_cli.cli.grouping import command_of, flags_of, groups_of
 
-_EPILOG = (
-    "The line is recording -> extract -> extrinsics -> solve -> verify; every command takes "
-    "the recording or any document on the way and runs what is missing. Exit codes: 0 done, 1 a "
-    "bug, 2 wrong usage, 3 bad input, 4 the data do not determine the answer, 5 not converged, "
-    "6 a quality limit was missed."
-)
+
+class _Commands(TyperGroup):
+    """Commands of one word or two, for the completion of shells, which hand over word by word."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        together = " ".join(args[:2])
+        if together in self.commands:
+            return together, self.commands[together], args[2:]
+        return super().resolve_command(ctx, args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        formatter.write(texts.of_all())
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        found = super().shell_complete(ctx, incomplete)
+        return [each for each in found if " " not in each.value]
 
 
 def application(modules: Mapping[str, Any]) -> typer.Typer:
@@ -31,25 +43,26 @@ def application(modules: Mapping[str, Any]) -> typer.Typer:
     """
     app = typer.Typer(
         name="handeye",
-        epilog=_EPILOG,
+        cls=_Commands,
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["--help", "-h"]},
     )
     app.callback()(_handeye)
     for name, module in modules.items():
         command = command_of(module, name)
-        app.command(name, help=_help(command, module.EXAMPLES))(_flat(command))
+        app.command(name, cls=_with_help(name, module))(_flat(command))
     return app
 
 
-def _help(command: Callable[..., None], examples: tuple[str, ...]) -> str:
-    paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
-    lines = ["Examples:", *(f"  $ {example}" for example in examples)]
-    # A \b keeps the lines of the paragraph that follows it as they are.
-    text = [*(paragraph.replace("\n", " ") for paragraph in paragraphs), "\n".join(["\b", *lines])]
-    return "\n\n".join(text)
+def _with_help(name: str, module: Any) -> type[TyperCommand]:
+    """Return the class of a command whose help is the one that is shown without Typer too."""
+
+    class Command(TyperCommand):
+        def format_help(self, ctx: Any, formatter: Any) -> None:
+            formatter.write(texts.of_command(name, module))
+
+    return Command
 
 
 def _version(wanted: bool) -> None:

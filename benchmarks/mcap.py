@@ -1,29 +1,9 @@
-"""Time, bytes and memory of reading an MCAP recording, beside the plain official reader.
-
-A robot with a camera is written into a temporary folder: pictures at 5 Hz, at rest and in motion,
-transforms at 100 Hz. Each reading is a process of its own, so that its peak of memory is its own:
-
-    stations  `recording.read`, which finds the pauses
-    pictures  the same, then the pictures of all pauses
-    records   every record is read and unpacked, and nothing else is done
-    official  every message of the same topics out of the reader of the package `mcap`
-
-The peak must not grow with the recording, and `stations` must take at most 1.5 times as long as
-`records` where both need the whole file. Prints a table:
-
-    python benchmarks/mcap_reading.py --gigabytes 1 --layouts zstd,chunks,no-crc,unchunked
-"""
+"""Time, bytes and memory of reading an MCAP recording, beside the plain official reader."""
 
 from __future__ import annotations
 
-import argparse
-import resource
-import sys
 import tempfile
-import time
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
-from multiprocessing import get_context
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +12,9 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.writer import CompressionType, Writer
 
+from benchmarks.effort import Effort
+from benchmarks.processes import Cost, alone
+from benchmarks.tables import Column, Table
 from handeye_cli import recording
 from handeye_cli.conventions import Setup
 from handeye_cli.recording.cdr_writing import encoded
@@ -60,15 +43,22 @@ TOPICS = {"/tf": "tf2_msgs/msg/TFMessage", "/camera/image_raw": "sensor_msgs/msg
 MB = 1e6
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What one reading took: things counted, seconds, and bytes read and at most in memory."""
-
-    count: int
-    clock: float
-    processor: float
-    read: float
-    peak: float
+HEADS = (
+    Column("layout"),
+    Column("file [MB]", ".0f"),
+    Column("reading"),
+    Column("count", "d"),
+    Column("clock [s]", ".2f"),
+    Column("processor [s]", ".2f"),
+    Column("of records", ".2f"),
+    Column("read [MB]", ".1f"),
+    Column("peak [MB]", ".0f"),
+)
+NOTE = """A robot with a camera: pictures at 5 Hz, at rest and in motion, transforms at 100 Hz.
+`stations` finds the pauses, `pictures` loads the pictures of all pauses too, `records` reads and
+unpacks every record and does nothing else, `official` takes every message of the same topics out
+of the reader of the package `mcap`. The peak must not grow with the recording, and `stations`
+must take at most 1.5 times as long as `records` where both need the whole file."""
 
 
 def pictures() -> list[bytes]:
@@ -102,9 +92,7 @@ def write(path: Path, size: float, options: dict) -> None:
             for i in range(TRANSFORMS_PER_PICTURE):
                 t = 0.2 * k + 0.01 * i
                 stamp = START + round(t * SECOND)
-                tool = TransformStamped(
-                    Header(stamp, "base"), "tool", place(t), (0.0, 0.0, 0.0, 1.0)
-                )
+                tool = TransformStamped(Header(stamp, "base"), "tool", place(t), STILL)
                 payload = encoded(TransformsMessage((tool,)))
                 writer.add_message(channel["/tf"], stamp, payload, stamp)
             header = Header(stamp, "camera")
@@ -153,57 +141,19 @@ READINGS = {
 }
 
 
-def bytes_read() -> float:
-    """Return how many bytes this process has read from files; not a number where nobody counts."""
-    try:
-        counters = Path("/proc/self/io").read_text(encoding="ascii").split()
-    except OSError:
-        return float("nan")
-    return float(counters[counters.index("rchar:") + 1])
+def row(layout: str, size: int, name: str, cost: Cost, least: Cost):
+    taken = (cost.clock, cost.processor, cost.processor / least.processor)
+    return (layout, size / MB, name, cost.result, *taken, cost.read / MB, cost.peak / MB)
 
 
-def run(name: str, path: str) -> Cost:
-    read, clock, processor = bytes_read(), time.perf_counter(), time.process_time()
-    count = READINGS[name](path)
-    scale = 1 if sys.platform == "darwin" else 1024
-    return Cost(
-        count,
-        time.perf_counter() - clock,
-        time.process_time() - processor,
-        bytes_read() - read,
-        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * scale,
-    )
-
-
-def report(layout: str, size: int, name: str, cost: Cost) -> str:
-    return (
-        f"{layout:10s} {size / MB:8.0f} {name:9s} {cost.count:8d} {cost.clock:8.2f} "
-        f"{cost.processor:8.2f} {cost.read / MB:9.1f} {cost.peak / MB:8.0f}"
-    )
-
-
-def words(text: str) -> list[str]:
-    return text.split(",")
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--gigabytes", type=float, default=1.0, help="before packing; 5 is telling")
-    parser.add_argument("--layouts", type=words, default=list(LAYOUTS), help=",".join(LAYOUTS))
-    parser.add_argument("--readings", type=words, default=list(READINGS), help=",".join(READINGS))
-    parser.add_argument("--folder", help="for the recordings, which are deleted in the end")
-    options = parser.parse_args()
-    print("layout      file MB reading      count  clock s  proc. s   read MB  peak MB")
-    # a process starts with the peak of the one that starts it, so this one does nothing itself
-    processes = ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1)
-    with tempfile.TemporaryDirectory(dir=options.folder) as folder, processes:
-        for layout in options.layouts:
+def tables(effort: Effort) -> Iterator[Table]:
+    rows = []
+    with tempfile.TemporaryDirectory(dir=effort.folder or None) as folder:
+        for layout in effort.layouts.split(","):
             path = Path(folder) / "recording.mcap"
-            processes.submit(write, path, options.gigabytes * 1e9, LAYOUTS[layout]).result()
-            for name in options.readings:
-                cost = processes.submit(run, name, str(path)).result()
-                print(report(layout, path.stat().st_size, name, cost), flush=True)
-
-
-if __name__ == "__main__":
-    main()
+            alone(write, path, effort.gigabytes * 1e9, LAYOUTS[layout])
+            costs = {name: alone(reading, str(path)) for name, reading in READINGS.items()}
+            size = path.stat().st_size
+            rows += [row(layout, size, *each, costs["records"]) for each in costs.items()]
+    title = f"Reading a recording of {effort.gigabytes:g} GB before packing"
+    yield Table("mcap_reading", title, HEADS, rows, NOTE)
