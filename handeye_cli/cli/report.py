@@ -48,7 +48,7 @@ def report(
     """
     from handeye_cli import gates, solvers
     from handeye_cli.pipeline import Steps
-    from handeye_cli.render.figure_plot import require_matplotlib
+    from handeye_cli.render.sheet import require_matplotlib
     from handeye_cli.reporting.completing import Way
     from handeye_cli.reporting.gathering import gather
 

@@ -68,7 +68,8 @@ def open_library(sources: Sources, mcap: Mcap, camera_file: CameraFile) -> Libra
     for read in library.reads:  # the list grows while it is walked: what is found names more
         for step, name, sha256 in _named_by(read):
             if not library.has(sha256):
-                _reach(library, read, step, name, sha256)
+                allow_outside = sources.allow_outside
+                _reach(library, read, step, name, sha256, allow_outside=allow_outside)
     return library
 
 
@@ -106,13 +107,29 @@ def _named_by(read: Read) -> Iterator[tuple[ProvenanceStep, str, str]]:
                 yield step, name, sha256
 
 
-def _reach(library: Library, read: Read, step: ProvenanceStep, name: str, sha256: str) -> None:
+def _reach(
+    library: Library,
+    read: Read,
+    step: ProvenanceStep,
+    name: str,
+    sha256: str,
+    *,
+    allow_outside: bool,
+) -> None:
+    """Read a file that a document names, or note why it is missing.
+
+    The flags are those the document was made with, but for one: whether paths may lead anywhere is
+    for the user to say and not for a document.
+    """
     path = _found(name, Path(read.name).parent)
     if path is None:
         library.missing[sha256] = f"{name} is no longer where it was"
         return
-    source = _group(Source, step.options, source=path, further=_parts(read, step, name))
+    parts = _parts(read, step, name)
     try:
+        source = _group(
+            Source, step.options, source=path, further=parts, allow_outside=allow_outside
+        )
         opened = open_input(source, _group(Mcap, step.options))
     except (InputError, UsageError) as error:
         library.missing[sha256] = f"{name} cannot be read: {error.message}"
@@ -133,9 +150,19 @@ def _parts(read: Read, step: ProvenanceStep, name: str) -> list[str] | None:
 
 
 def _found(name: str, beside: Path) -> str | None:
-    """Return where a file is: where it was, or beside the document that names it."""
+    """Return where a file is: where it was, or beside the document that names it.
+
+    A device or pipe is none, since reading it might never end.
+    """
     places = (Path(name), beside / name, beside / Path(name).name)
-    return next((str(place) for place in places if place.exists()), None)
+    return next((str(place) for place in places if _is_there(place)), None)
+
+
+def _is_there(place: Path) -> bool:
+    try:
+        return place.is_file() or place.is_dir()
+    except OSError:  # no file can have such a name
+        return False
 
 
 def _group(group: type[Group], options: Mapping[str, Any], **values: Any) -> Group:
@@ -144,16 +171,24 @@ def _group(group: type[Group], options: Mapping[str, Any], **values: Any) -> Gro
     Args:
         group: The group.
         options: The flags of a step.
-        values: Fields that are no flags.
+        values: Fields that are no flags of the document.
+
+    Raises:
+        UsageError: A flag cannot have been given so.
     """
     kinds = flags_of(group)
     for name in kinds:
         option = name.replace("_", "-")
         if name not in values and option in options:
-            values[name] = _converted(kinds[name][0], options[option])
+            values[name] = _converted(option, kinds[name][0], options[option])
     return group(**{name: value for name, value in values.items() if name in kinds})
 
 
-def _converted(kind: Any, value: Any) -> Any:
-    enums = [each for each in get_args(kind) if isinstance(each, type) and issubclass(each, Enum)]
-    return enums[0](value) if enums else value
+def _converted(option: str, kind: Any, value: Any) -> Any:
+    """Return a flag's value, whose type is `kind` or one of its alternatives."""
+    for each in get_args(kind) or (kind,):
+        if issubclass(each, Enum) and value in [member.value for member in each]:
+            return each(value)
+        if isinstance(value, each):
+            return value
+    raise UsageError(f"its provenance says --{option} {value}, which is no such flag")

@@ -8,6 +8,7 @@ from typing import TextIO
 from rich.console import Console
 from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from handeye_cli.records import Finding
 from handeye_cli.render.text import printable
@@ -51,10 +52,19 @@ def show_table(
 
 
 def show_findings(console: Console, findings: Iterable[Finding]) -> None:
-    """Print findings, each with its advice below it, on lines that are never broken."""
+    """Print findings, each with its advice below it: wrapped on a terminal, else a line for each.
+
+    A file or pipe gets unbroken lines, so that they can be searched.
+    """
     for finding in findings:
-        style = _STYLES.get(finding.severity)
         text = f"{finding.severity}: {printable(finding.message)} [{finding.code}]"
-        console.print(text, style=style, soft_wrap=True)
+        _show_paragraph(console, text, _STYLES.get(finding.severity, ""), margin="")
         if finding.advice:
-            console.print(f"  {printable(finding.advice)}", soft_wrap=True)
+            _show_paragraph(console, printable(finding.advice), "", margin="  ")
+
+
+def _show_paragraph(console: Console, text: str, style: str, margin: str) -> None:
+    if console.is_terminal:
+        console.print(Padding(Text(text, style), (0, 0, 0, len(margin)), expand=False))
+    else:
+        console.print(f"{margin}{text}", style=style, soft_wrap=True)

@@ -1,27 +1,22 @@
-"""A figure of the paper as a picture: errors, what predicts them, and the best there can be.
-
-Matplotlib is an extra of the project and is loaded only when something is drawn.
-"""
+"""A figure of the paper as a picture: errors, what predicts them, and the best there can be."""
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from handeye_cli.conventions import MM, MRAD
-from handeye_cli.errors import UsageError
 from handeye_cli.records.simulation import Abscissa, Ordinate, SimulatedFigure, Simulation
+from handeye_cli.render.sheet import sheet_png
 from handeye_cli.render.text import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _SIZE = (6.4, 4.4)
 """Inches."""
-_DOTS = 95
-"""Per inch."""
 _RMS_COLOUR = "#0072b2"
 _CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "largest error": ("largest", {"color": "0.55", "linestyle": "--", "marker": "."}),
@@ -30,21 +25,6 @@ _CURVES: dict[str, tuple[str, dict[str, Any]]] = {
     "Cramer-Rao bound": ("bound", {"color": "#009e73", "linestyle": ":", "linewidth": 2}),
 }
 """Label, field of the points, and look of each curve, in colours that all people can tell."""
-
-
-def require_matplotlib() -> None:
-    """Refuse to draw without Matplotlib, before any work is done for a picture.
-
-    Raises:
-        UsageError: It is not installed.
-    """
-    try:
-        import matplotlib  # noqa: F401 - whether it is there is all that is asked
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"expected Matplotlib to draw with, found no module {error.name!r}",
-            hint='install it with: pip install "handeye-cli[plot]"',
-        ) from error
 
 
 def figure_png(figure: SimulatedFigure, simulation: Simulation) -> bytes:
@@ -57,22 +37,16 @@ def figure_png(figure: SimulatedFigure, simulation: Simulation) -> bytes:
     Raises:
         UsageError: Matplotlib is not installed.
     """
-    require_matplotlib()
-    from matplotlib import style
-    from matplotlib.figure import Figure
 
-    stream = io.BytesIO()
-    with style.context("default"):  # not that of the user's own pictures
-        sheet = Figure(figsize=_SIZE, dpi=_DOTS, layout="constrained")
+    def draw(sheet: Figure) -> None:
         axes = sheet.add_subplot()
         axes.set_title(
             f"Figure {figure.number}: {simulation.setting.method}, "
             f"{count(simulation.trials, 'trial')} per point"
         )
         _draw(axes, figure)
-        # without the name of the software, which holds its version
-        sheet.savefig(stream, format="png", metadata={"Software": None})
-    return stream.getvalue()
+
+    return sheet_png(_SIZE, draw)
 
 
 def _draw(axes: Axes, figure: SimulatedFigure) -> None:

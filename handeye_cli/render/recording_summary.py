@@ -12,6 +12,7 @@ from handeye_cli.records.recording_summary import (
     MissingFlag,
     PauseSummary,
     RecordingSummary,
+    TopicSummary,
     UsedParts,
 )
 from handeye_cli.render.console import show_table
@@ -44,17 +45,15 @@ def show_recording_summary(summary: RecordingSummary, console: Console) -> None:
 
 
 def _show_topics(summary: RecordingSummary, console: Console) -> None:
-    rows = [
-        [
-            topic.name,
-            f"{topic.schema or NOTHING} ({topic.encoding})",
-            str(topic.count),
-            NOTHING if topic.rate is None else f"{topic.rate:.1f}",
-            topic.role,
-        ]
-        for topic in summary.topics
-    ]
-    show_table(console, ["topic", "messages", "count", "rate\nHz", "use"], rows, left=[0, 1, 4])
+    # The name stands above its messages: beside them the two would be wider than a terminal.
+    rows = [row for topic in summary.topics for row in _topic(topic)]
+    show_table(console, ["topic", "count", "rate\nHz", "use"], rows, left=[0, 3])
+
+
+def _topic(topic: TopicSummary) -> list[list[str]]:
+    messages = f"  {topic.schema or NOTHING} ({topic.encoding})"
+    rate = NOTHING if topic.rate is None else f"{topic.rate:.1f}"
+    return [[topic.name, "", "", ""], [messages, str(topic.count), rate, topic.role]]
 
 
 def _tree(links: tuple[LinkSummary, ...]) -> Iterator[str]:

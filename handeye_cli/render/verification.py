@@ -23,7 +23,7 @@ _VERDICTS = {
 
 
 def show_verification(verification: Verification, console: Console) -> None:
-    """Print the held-out errors, and each station's own where there is a single row."""
+    """Print the held-out errors and the verdict, then each station of a single row."""
     console.print(
         f"Errors on stations that took no part ({verification.setup.value}, {verification.method})",
         style="bold",
@@ -43,10 +43,11 @@ def show_verification(verification: Verification, console: Console) -> None:
     ]
     rows = [_cells(row, seen) for row in verification.rows]
     show_table(console, headings, rows, left=[])
-    if len(verification.rows) == 1:
-        _show_stations(verification.rows[0], seen, console)
     for row in verification.rows:
         console.print(f"Calibrated on {count(row.stations, 'station')}: {_verdict(row)}.")
+    if len(verification.rows) == 1:
+        console.print()
+        _show_stations(verification.rows[0], seen, console)
 
 
 def _verdict(row: VerificationRow) -> str:

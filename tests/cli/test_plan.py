@@ -154,13 +154,13 @@ def test_a_box_that_no_station_can_reach(handeye):
     assert "--box" in done.err
 
 
-def test_optimized_stations_are_compared_with_the_circle(handeye):
-    words = ["plan", "--stations", "3", "--optimize", *GUESS]
-    document = yaml.safe_load(handeye(*words).out)
+def test_optimized_stations_are_compared_with_the_circle(handeye, tmp_path):
+    words = ["plan", "--stations", "3", "--optimize", *GUESS, "-o", tmp_path / "plan.yaml"]
+    report = handeye(*words, terminal=True).out
+    document = yaml.safe_load((tmp_path / "plan.yaml").read_text(encoding="utf-8"))
     assert document["circle"]["allowed"] is True
     for key in ("rotation_mrad", "translation_mm"):
         assert document["circle"][key] > 1.3 * document["predicted_error"][key]
-    report = handeye(*words, terminal=True).out
     assert "the paper's circle: " in report
 
 
@@ -242,3 +242,24 @@ def test_too_many_to_choose_one_by_one(handeye):
     done = handeye("plan", "--stations", "51", "--optimize")
     assert (done.code, done.out) == (2, "")
     assert "at most 50 stations with limits or --optimize, found 51" in done.err
+
+
+def test_a_picture_is_drawn_beside_the_document(handeye, tmp_path):
+    pytest.importorskip("matplotlib")
+    words = [*PLAN, "-o", tmp_path / "plan.yaml", "--plot", tmp_path / "plan.png"]
+    done = handeye(*words)
+    assert (done.code, done.out, done.err) == (0, "", "")
+    picture = (tmp_path / "plan.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    again = handeye(*PLAN, "--plot", tmp_path / "plan.png")
+    assert (again.code, again.out) == (2, "")
+    assert "plan.png: the file exists already" in again.err
+    assert handeye(*PLAN, "-q", "--plot", tmp_path / "plan.png", "--force").code == 0
+    assert (tmp_path / "plan.png").read_bytes() == picture
+
+
+def test_a_picture_of_another_format_is_refused_before_the_work(handeye, tmp_path):
+    done = handeye(*PLAN, "--plot", tmp_path / "plan.svg", "-o", tmp_path / "plan.yaml")
+    assert done.code == 2
+    assert "--plot: expected a file that ends in .png, found 'plan.svg'" in done.err
+    assert not list(tmp_path.iterdir())

@@ -41,11 +41,14 @@ EXPECTED = """\
 This recording can be read
 
 Topics of the recording (12.3 s, its end is missing)
-                                                      rate
-  topic          messages                      count    Hz  use
-  /camera/image  sensor_msgs/msg/Image (cdr)     240  20.0  image
-  /tf_static     tf2_msgs/msg/TFMessage (cdr)      1     -  transforms
-  /x             - (json)                          0     -
+                                         rate
+  topic                           count    Hz  use
+  /camera/image
+    sensor_msgs/msg/Image (cdr)     240  20.0  image
+  /tf_static
+    tf2_msgs/msg/TFMessage (cdr)      1     -  transforms
+  /x
+    - (json)                          0     -
 
 Frames
   base
