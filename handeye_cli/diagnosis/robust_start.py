@@ -97,11 +97,11 @@ def _triples(blocks: IntArray) -> IntArray:
 
 def _one_of_each(blocks: IntArray, triples: IntArray) -> IntArray:
     """Return (H, b): a station of each block, the triple's first for its own."""
-    random = np.random.default_rng(0)
     count = int(blocks.max()) + 1
     members = [np.flatnonzero(blocks == block) for block in range(count)]
-    drawn = np.stack([random.choice(one, len(triples)) for one in members], axis=1)
-    drawn[np.arange(len(triples)), blocks[triples[:, 0]]] = triples[:, 0]
+    turn = np.arange(len(triples))
+    drawn = np.stack([one[turn % len(one)] for one in members], axis=1)
+    drawn[turn, blocks[triples[:, 0]]] = triples[:, 0]
     return drawn
 
 
