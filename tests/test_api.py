@@ -254,3 +254,8 @@ def test_the_examples_of_the_guide_run(tmp_path, monkeypatch):
     namespace = {}
     for block in blocks:
         exec(compile(block, str(GUIDE), "exec"), namespace)
+
+
+def test_every_public_name_is_in_the_guide():
+    text = (Path(__file__).resolve().parents[1] / "docs" / "python.md").read_text(encoding="utf-8")
+    assert set(handeye_cli.__all__) <= set(re.findall(r"\w+", text))
