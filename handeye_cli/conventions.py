@@ -86,13 +86,15 @@ class RobotPoses(StrEnum):
 _LENGTHS = {"um": 1e-6, "mil": MIL, "mm": MM, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 _ANGLES = {"mrad": MRAD, "rad": 1.0, "deg": math.pi / 180.0}
 _TIMES = {"ns": 1, "us": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
+_LARGEST = 4e18
+"""Metres, radians or nanoseconds: a time and a stamp still add up to 64 bits."""
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*")
 
 
 def _quantity(text: str, units: dict[str, float] | dict[str, int], example: str) -> float:
     match = _QUANTITY.fullmatch(text)
     number, unit = match.groups() if match else ("nan", "")
-    if unit not in units or not math.isfinite(float(number)):
+    if unit not in units or not abs(float(number)) * units[unit] <= _LARGEST:
         known = ", ".join(units)
         raise UsageError(
             f"expected a number with one of the units {known}, found {text!r}",

@@ -6,7 +6,7 @@ from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Mcap, Output, Pictures, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
-from handeye_cli.cli.pictures import draw_pictures, prepare_folder
+from handeye_cli.cli.pictures import draw_pictures, prepared_folder
 from handeye_cli.cli.progress import steps
 
 EXAMPLES = (
@@ -37,7 +37,7 @@ def extract(
     opened = inputs[0]
     with opened.blamed(), steps(work, output) as how:
         pipeline.expect(opened.record, Recording)
-        prepare_folder(pictures, output, opened.record)
-        features = pipeline.to_features(opened.record, how)
-        draw_pictures(pictures, output, opened.record, features, how)
+        with prepared_folder(pictures, output, opened.record):
+            features = pipeline.to_features(opened.record, how)
+            draw_pictures(pictures, output, opened.record, features, how)
     finish("extract", features, output, inputs, given(source, mcap, camera_file))

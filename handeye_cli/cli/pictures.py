@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from handeye_cli.cli.folders import make_folder
+from handeye_cli.cli.folders import make_folder, undone_on_failure
 from handeye_cli.cli.options import Output, Pictures
 from handeye_cli.errors import InputError
 
@@ -31,20 +32,25 @@ _DEVICES = frozenset(
 """Names that are no files on Windows, with any ending."""
 
 
-def prepare_folder(pictures: Pictures, output: Output, recording: Recording) -> None:
-    """Make the folder for the pictures, before any work is done for them.
+@contextmanager
+def prepared_folder(pictures: Pictures, output: Output, recording: Recording) -> Iterator[None]:
+    """Make the folder for the pictures before any work is done for them; undo it if that fails.
 
     Raises:
         UsageError: It is no folder, or a picture exists and is not to be replaced.
         InputError: It cannot be made.
     """
     if pictures.draw is None:
+        yield
         return
     from handeye_cli import documents
 
-    make_folder(pictures.draw, "--draw")
-    for path in _paths(pictures.draw, recording.stations):
-        documents.check_destination(path, output.force)
+    paths = _paths(pictures.draw, recording.stations)
+    with undone_on_failure(pictures.draw, paths):
+        make_folder(pictures.draw, "--draw")
+        for path in paths:
+            documents.check_destination(path, output.force)
+        yield
 
 
 def draw_pictures(

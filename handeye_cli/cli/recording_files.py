@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from handeye_cli.cli.folders import make_folder
+from handeye_cli.cli.folders import make_folder, undone_on_failure
 from handeye_cli.cli.pictures import file_names
 
 if TYPE_CHECKING:
@@ -48,8 +49,9 @@ class Folder:
         return [str(Path(self.path) / label) for label in self.labels]
 
 
-def prepare_folder(path: str, names: Iterable[str], force: bool) -> Folder:
-    """Make the folder of a recording, before any work is done for it.
+@contextmanager
+def prepared_folder(path: str, names: Iterable[str], force: bool) -> Iterator[Folder]:
+    """Make the folder of a recording before any work is done for it; take it away if that fails.
 
     Args:
         path: The folder.
@@ -62,12 +64,14 @@ def prepare_folder(path: str, names: Iterable[str], force: bool) -> Folder:
     """
     from handeye_cli import documents
 
-    make_folder(str(Path(path) / _IMAGES), "-o")
     labels = [f"{_IMAGES}/{name}.png" for name in file_names(list(names))]
     folder = Folder(path, labels, force)
-    for file in (folder.document, *folder.images):
-        documents.check_destination(file, force)
-    return folder
+    files = (folder.document, *folder.images)
+    with undone_on_failure(path, files):
+        make_folder(str(Path(path) / _IMAGES), "-o")
+        for file in files:
+            documents.check_destination(file, force)
+        yield folder
 
 
 def write_folder(

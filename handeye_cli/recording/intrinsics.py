@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from handeye_cli.errors import InputError
+from handeye_cli.recording.layout import LARGEST
 from handeye_cli.recording.messages import CameraInfoMessage
 from handeye_cli.recording.selection import camera_parts
 from handeye_cli.records import Camera
@@ -53,7 +54,7 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
 
 
 def _require_plausible(info: CameraInfoMessage, numbers: tuple[float, ...]) -> None:
-    if not (np.isfinite([*numbers, *info.d]).all() and min(numbers[:2]) > 0.0):
+    if not ((np.abs([*numbers, *info.d]) <= LARGEST).all() and min(numbers[:2]) > 0.0):
         found = ", ".join(f"{number:g}" for number in (*numbers, *info.d))
         raise InputError(
             "expected finite intrinsics with positive focal lengths,"

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from handeye_cli.geometry import rotations
+from handeye_cli.recording.layout import LARGEST
 from handeye_cli.recording.messages import JointsMessage
 from handeye_cli.recording.transforms import Samples, clean
 from handeye_cli.recording.urdf import Joint
@@ -107,7 +108,7 @@ def _leader(joint: Joint, joints: Mapping[str, Joint]) -> tuple[str, float, floa
 def _samples(
     joint: Joint, stamps_ns: IntArray, log_times_ns: IntArray, values: FloatArray
 ) -> Samples:
-    good = np.isfinite(values)
+    good = np.abs(values) <= LARGEST
     poses = joint.at(values[good])
     quaternions = rotations.quaternion_from_matrix(poses[:, :3, :3])
     numbers = np.concatenate([poses[:, :3, 3], quaternions], axis=1)

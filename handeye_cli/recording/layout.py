@@ -15,6 +15,9 @@ MOST_PARTS = 100_000
 """Longest sequence that is read, but for bytes: a few bytes of a payload may become a part that
 takes a hundred times as many."""
 
+LARGEST = 1e30
+"""Far beyond any length or pixel, and small enough that no sum of products overflows."""
+
 Record = dict[str, Any]
 """A decoded message: values by the names of its fields, those of nested messages likewise."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from handeye_cli import markup
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import rotations, se3
+from handeye_cli.recording.layout import LARGEST
 from handeye_cli.records import FloatArray
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def _numbers(
 ) -> FloatArray:
     text = default if element is None else element.get(key, default)
     values = _floats(text.split())
-    if values is None or len(values) != count or not np.isfinite(values).all():
+    if values is None or len(values) != count or not (np.abs(values) <= LARGEST).all():
         expected = f"{count} finite numbers" if count > 1 else "a finite number"
         raise InputError(f"expected {expected} as {key}, found {text!r}", where=where)
     return np.array(values)

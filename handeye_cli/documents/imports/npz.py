@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from handeye_cli.documents.text import MAX_BYTES
 from handeye_cli.errors import InputError
 
+MAX_BYTES = 32_000_000
+"""Most bytes of arrays that are read: as lists of numbers they take five times as much."""
 _MAGIC = b"PK\x03\x04"
 _FAULTS = (
     ValueError,  # no number type, a shape that the bytes do not fill, objects that need pickle
