@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from handeye_cli.geometry.disc_conics import Conics, moved_to, slopes_of
 from handeye_cli.geometry.disc_pixels import EdgePixels, FloatArray, SingleArray
+from handeye_cli.geometry.sensor_limits import IntArray
 
 _NEIGHBOURS = 4
 _FAR = 3.2
@@ -27,6 +29,7 @@ class Edges:
         distance: (k, n, m) from the edge, pixels, positive inside, and from that of the nearest
             other disc, if any is near.
         by_shift: (3, n, m) derivatives of the distance by shift and growth, in radii.
+        at_limits: (k,) pixels of weight that are black or white, counted row by row.
     """
 
     weight: SingleArray
@@ -34,6 +37,17 @@ class Edges:
     terms: SingleArray
     distance: SingleArray
     by_shift: SingleArray
+    at_limits: IntArray
+
+    @cached_property
+    def count(self) -> FloatArray:
+        """(n,) pixels that take part."""
+        return np.asarray(np.sum(self.weight, axis=1, dtype=float))
+
+    @property
+    def clipped(self) -> bool:
+        """Whether light beyond the limits of the sensor may be among them."""
+        return len(self.at_limits) > 0
 
 
 @dataclass(frozen=True)
@@ -95,7 +109,8 @@ def measure(
     if others.gap < band + _FAR * blur:
         square = moved_to(others.square, (conics.origin - conics.centre)[:, None])
         distances = np.stack([distance, _nearest(square, 1.0 + growth, pixels.terms)])
-    return Edges(weight, pixels.grey * weight, pixels.terms, distances, by_shift)
+    at_limits = pixels.at_limits[weight.ravel()[pixels.at_limits] > 0.0]
+    return Edges(weight, pixels.grey * weight, pixels.terms, distances, by_shift, at_limits)
 
 
 def _distances(conics: Conics, terms: SingleArray, blur: float) -> tuple[SingleArray, SingleArray]:

@@ -35,6 +35,7 @@ from handeye_cli.geometry.disc_steps import (
     settled,
 )
 from handeye_cli.geometry.light_slopes import Course, Light, course_of_light, typical
+from handeye_cli.geometry.sensor_limits import FIRST_NOISE
 
 _FIRST_BLUR = 0.8
 _FIRST_BAND = 4.0
@@ -89,25 +90,31 @@ def fit_discs(
     others = others_of(discs, places, conics)
     pixels = spoke_pixels(image, conics)
     edges = measure(conics, pixels, others, 0.0, blur=_FIRST_BLUR, band=_FIRST_BAND)
-    first = settled(edges, first_state(edges, _FIRST_BLUR), conics.by_shift)
+    first = settled(edges, first_state(edges, _FIRST_BLUR), conics.by_shift, FIRST_NOISE)
     blur, growth = first.blur, typical(first.state[:, GROWTH])
-
     scale = float(np.min(conics.ellipses.half_axes[1] / discs[:, 2]))
     paper = paper_between(image, discs, to_pixel, scale, _BAND_BLURS * blur)
     prior = _light_prior(first, start, paper)
-
     moved = _moved(discs, first.state)
     conics = conics_of(images_of(moved, to_pixel) + missed)
-    bends = np.zeros((len(discs), prior.mean.shape[1] - 2))
-    wide = _WIDE_BLURS if bends.size > 0 else _BAND_BLURS
-    band = min(max(wide * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
+    band = _band(blur, prior)
     pixels = band_pixels(image, conics, band)
     edges = measure(conics, pixels, others, growth, blur=blur, band=band)
-    state = np.concatenate([np.zeros((len(discs), BLUR)), first.state[:, BLUR:], bends], axis=1)
-    last = settled(edges, state, conics.by_shift, prior)
+    state = np.concatenate([np.zeros((len(discs), BLUR)), first.state[:, BLUR:]], axis=1)
+    last = settled(edges, state, conics.by_shift, math.sqrt(first.noise), prior)
+    if edges.clipped:
+        # light beyond the limits shows in the edges alone, which now are known better
+        prior = _light_prior(last, start, paper)
+        last = settled(edges, last.state, conics.by_shift, math.sqrt(last.noise), prior)
     after = _moved(moved, last.state)
     centres = to_pixel(after[:, :2]) + missed[:, 0]
     return _result(centres, after[:, 2] / discs[:, 2] - 1.0, last, conics)
+
+
+def _band(blur: float, prior: Course) -> float:
+    """Return how far from the edges pixels take part in the end."""
+    wide = _WIDE_BLURS if prior.bent else _BAND_BLURS
+    return min(max(wide * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
 
 
 def _moved(discs: FloatArray, state: FloatArray) -> FloatArray:

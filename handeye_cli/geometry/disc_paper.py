@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_pixels import FloatArray
+from handeye_cli.geometry.light_slopes import typical
+from handeye_cli.geometry.sensor_limits import BLACK, WHITE
 
 _DIAGONAL = (1.2, 1.6)
 """Distances of diagonal neighbours in those of the nearest ones: their middles are bare."""
@@ -45,14 +47,14 @@ def paper_between(
         clear: How far from the edges of the discs paper is bare, pixels.
 
     Returns:
-        The patches, none where the discs leave no room.
+        The patches that are nowhere black or white, none where the discs leave no room.
     """
     middles = _middles(discs[:, :2])
     room = np.sqrt(np.sum((middles[:, None] - discs[:, :2]) ** 2, axis=-1)) - discs[:, 2]
     radius = np.min(room, axis=1, initial=np.inf)
     places = to_pixel(middles)
     free = (np.min(radius, initial=np.inf) * scale - clear) / math.sqrt(2.0)
-    reach = min(int(free), _WIDEST) if len(middles) else -1
+    reach = min(math.floor(free), _WIDEST) if len(middles) else -1
     if reach < 0:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
     line = np.arange(-reach, reach + 1)
@@ -62,14 +64,15 @@ def paper_between(
     if low.min() < 0 or high[0] >= image.shape[1] or high[1] >= image.shape[0]:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
     grey = image[at[:, 1:] + v, at[:, :1] + u]
-    return Patchwork(at.astype(float), grey.mean(axis=1), len(line) ** 2)
+    told = (grey.min(axis=1) > BLACK) & (grey.max(axis=1) < WHITE)
+    return Patchwork(at[told].astype(float), grey[told].mean(axis=1), len(line) ** 2)
 
 
 def _middles(centres: FloatArray) -> FloatArray:
     """Return the (m, 2) middles between diagonal neighbours, each once."""
     towards = centres - centres[:, None]
     square = np.sum(towards**2, axis=-1)
-    nearest = np.median(np.partition(square, 1, axis=1)[:, 1])
+    nearest = typical(np.partition(square, 1, axis=1)[:, 1])
     low, high = (share**2 * nearest for share in _DIAGONAL)
     # of the two diagonals through a middle, which are at right angles, one goes this way
     quarter = (towards[..., 0] > 1e-9) & (towards[..., 1] > -1e-9)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_conics import Conics
 from handeye_cli.geometry.ring_pixels import INSIDE, ring_pixels
+from handeye_cli.geometry.sensor_limits import IntArray, at_limits
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -28,11 +29,13 @@ class EdgePixels:
         grey: (n, m) grey levels.
         weight: (n, m) 1 for a pixel, 0 for padding.
         terms: (6, n, m) monomials 1, u, v, uu, uv, vv of the offset from the disc's origin.
+        at_limits: (k,) where they are black or white, counted row by row.
     """
 
     grey: SingleArray
     weight: SingleArray
     terms: SingleArray
+    at_limits: IntArray
 
 
 def forward_jacobian(to_pixel: PlateToPixel, at: FloatArray, radius: FloatArray) -> FloatArray:
@@ -70,10 +73,14 @@ def _looked_up(
     weight: SingleArray,
 ) -> EdgePixels:
     width = image.shape[1]
-    index = (u + np.float32(width) * v).astype(np.int64)
+    # in place, as time goes into memory
+    offset = v * np.float32(width)
+    offset += u
+    index = offset.astype(np.int64)
     index += (origin[:, :1] + width * origin[:, 1:]).astype(np.int64)
     terms = np.empty((6, *u.shape), dtype=np.float32)
     terms[0], terms[1], terms[2] = 1.0, u, v
     np.multiply(terms[1:3], u, out=terms[3:5])
     np.multiply(v, v, out=terms[5])
-    return EdgePixels(image.take(index, mode="clip").astype(np.float32), weight, terms)
+    levels = image.take(index, mode="clip")
+    return EdgePixels(levels.astype(np.float32), weight, terms, at_limits(levels))

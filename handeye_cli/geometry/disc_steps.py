@@ -5,12 +5,14 @@ With the distance d of a pixel from the edge, in pixels and positive inside, the
 
     grey = light (1 - (1 - ink) sum S),   light = p0 + p1 u + p2 v
 
-with quadratic terms where shadows fall. Single precision is far finer than a grey level.
+with quadratic terms where shadows fall, clipped where the sensor clips. Single precision is far
+finer than a grey level.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +22,7 @@ from handeye_cli.geometry.blurred_edge import normal_distribution
 from handeye_cli.geometry.disc_edges import Edges
 from handeye_cli.geometry.disc_pixels import FloatArray, SingleArray
 from handeye_cli.geometry.light_slopes import Course, typical
+from handeye_cli.geometry.sensor_limits import clipped, fainter, held_within, near_limits
 
 GROWTH, BLUR, INK, LIGHT = 2, 3, 4, 5
 SHIFT, COURSE = slice(0, 2), slice(6, None)
@@ -34,7 +37,9 @@ _SOUND = 9.0
 """Squared residuals over the median above which a disc is covered or stained."""
 _STILL = 0.03
 """After a step by fewer blurs next to nothing is left to another one."""
-_MOST_STEPS = 2
+_MOST_STEPS, _MOST_STEPS_CLIPPED = 2, 10
+_LIGHT_STILL = 0.2
+"""Light beyond the limits of the sensor comes to rest slowly: to this share of the noise."""
 _BLUR_LIMITS = (0.3, 4.0)
 _LARGEST_STEP = np.array([0.2, 0.2, 0.1, 0.3, 0.5, *[1e9] * _BENT])
 
@@ -85,7 +90,10 @@ def first_state(edges: Edges, blur: float) -> FloatArray:
     """
     state = np.zeros((len(edges.grey), LIGHT + _EVEN))
     state[:, BLUR], state[:, LIGHT] = blur, 1.0
-    normal, wanted, _ = _normal_equations(edges, state)
+    if edges.clipped:
+        at = edges.at_limits
+        edges = replace(edges, weight=fainter(edges.weight, at), grey=fainter(edges.grey, at))
+    normal, wanted, *_ = _normal_equations(edges, state, None)
     change = _solved(normal, wanted)[..., 0]
     light, ink = np.maximum(1.0 + change[:, LIGHT], 1.0), change[:, INK]
     contrast = np.copysign(np.maximum(np.abs(light - ink), 1.0), light - ink)
@@ -96,33 +104,54 @@ def first_state(edges: Edges, blur: float) -> FloatArray:
 
 
 def settled(
-    edges: Edges, state: FloatArray, by_shift: FloatArray, prior: Course | None = None
+    edges: Edges,
+    state: FloatArray,
+    by_shift: FloatArray,
+    noise: float,
+    prior: Course | None = None,
 ) -> Progress:
     """Take steps until the discs stay where they are, but few.
 
     Args:
         edges: Pixels around the edges.
-        state: (n, p) where to start.
+        state: (n, p) where to start; terms of the light that the prior does not know are left out.
         by_shift: (n, 2, 2) derivatives of the images of the centres by the shifts.
+        noise: Standard deviation of a grey level, which matters at the limits of the sensor.
         prior: What the light should do; variances in units of that of a grey level.
     """
-    for _ in range(_MOST_STEPS):
-        last = _stepped(edges, state, prior)
-        moved = by_shift @ (last.state - state)[:, SHIFT, None]
+    if prior is not None:
+        state = _with_terms(state, prior.mean.shape[1])
+    for _ in range(_MOST_STEPS_CLIPPED if edges.clipped else _MOST_STEPS):
+        last = _stepped(edges, state, noise, prior)
+        change = last.state - state
         state = last.state
-        if np.max(np.abs(moved)) < _STILL * last.blur:
+        still = np.max(np.abs(by_shift @ change[:, SHIFT, None])) < _STILL * last.blur
+        if still and (not edges.clipped or _light_rests(change, last)):
             break
     return last
 
 
-def _stepped(edges: Edges, state: FloatArray, prior: Course | None) -> Progress:
-    normal, wanted, squares = _normal_equations(edges, state)
+def _with_terms(state: FloatArray, count: int) -> FloatArray:
+    """Return the state with so many terms of the light after its level."""
+    out = np.zeros((len(state), LIGHT + 1 + count))
+    kept = min(out.shape[1], state.shape[1])
+    out[:, :kept] = state[:, :kept]
+    return out
+
+
+def _light_rests(change: FloatArray, last: Progress) -> bool:
+    return float(np.max(np.abs(change[:, LIGHT]))) < _LIGHT_STILL * math.sqrt(last.noise)
+
+
+def _stepped(edges: Edges, state: FloatArray, noise: float, prior: Course | None) -> Progress:
+    normal, wanted, squares, count = _normal_equations(edges, state, noise)
+    if edges.clipped:
+        normal, wanted = held_within(normal, wanted, state, (LIGHT, INK), noise)
     solved = _solved(normal, wanted, state, prior)
     step = _limited(solved[..., 0])
     after = state + step
     after[:, BLUR] = np.minimum(np.maximum(after[:, BLUR], _BLUR_LIMITS[0]), _BLUR_LIMITS[1])
     squares += np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
-    count = np.sum(edges.weight, axis=1, dtype=float)
     return Progress(after, solved[..., 1:], np.maximum(squares, 0.0), count)
 
 
@@ -131,12 +160,37 @@ def _limited(step: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(np.maximum(step, -largest), largest))
 
 
-def _normal_equations(edges: Edges, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return (n, p, p) and (n, p), the normal equations of a step, and (n,) the squares before."""
+def _normal_equations(
+    edges: Edges, state: FloatArray, noise: float | None
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the normal equations of a step, and what they rest on.
+
+    Args:
+        edges: Pixels around the edges.
+        state: (n, p) where the step begins.
+        noise: Standard deviation of a grey level, None to take light as it is.
+
+    Returns:
+        (n, p, p) and (n, p) the equations, (n,) the squares before, (n,) the pixels that take part.
+    """
     rows = _linearised(edges, state)
+    count = edges.count
+    if edges.clipped and noise is not None:
+        count = count - _clip(edges, rows, noise)
     products = np.matmul(rows[:-1].swapaxes(0, 1), rows.transpose(1, 2, 0)).astype(float)
     squares = np.einsum("nm,nm->n", rows[-1], rows[-1]).astype(float)
-    return products[..., :-1], products[..., -1], squares
+    return products[..., :-1], products[..., -1], squares, count
+
+
+def _clip(edges: Edges, rows: SingleArray, noise: float) -> FloatArray:
+    """Clip the light behind (p + 1, n, m) rows, in place; return the (n,) pixels that are lost."""
+    light = (edges.grey - rows[-1]).ravel()
+    near = np.flatnonzero(near_limits(light, noise) & (edges.weight.ravel() > 0.0))
+    seen = clipped(light[near], noise)
+    flat = rows.reshape(len(rows), -1)
+    flat[:-1, near] *= seen.slope
+    flat[-1, near] = edges.grey.ravel()[near] - seen.mean
+    return np.asarray(np.bincount(near // rows.shape[2], 1.0 - seen.variance, rows.shape[1]))
 
 
 def _solved(
@@ -146,15 +200,16 @@ def _solved(
     prior: Course | None = None,
 ) -> FloatArray:
     """Return (n, p, 4): the step, and the covariances with the parameters that are asked for."""
-    size = wanted.shape[1]
     # nothing at all is seen of a disc outside of the image
-    damped = normal * (1.0 + _DAMPING * np.eye(size)) + 1e-15 * np.eye(size)
+    damped = normal.copy()
+    diagonal = np.einsum("nii->ni", damped)
+    diagonal *= 1.0 + _DAMPING
+    diagonal += 1e-15
     right = np.zeros((*wanted.shape, 1 + len(_KEPT)))
     right[..., 0] = wanted
     right[:, _KEPT, range(1, 1 + len(_KEPT))] = 1.0
     if prior is not None and state is not None:
-        course = np.arange(size)[COURSE]
-        damped[:, course, course] += 1.0 / prior.variance
+        diagonal[:, COURSE] += 1.0 / prior.variance
         right[:, COURSE, 0] += (prior.mean - state[:, COURSE]) / prior.variance
     return np.asarray(np.linalg.solve(damped, right))
 

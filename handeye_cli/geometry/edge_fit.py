@@ -12,7 +12,8 @@ blurs and positive inside, the dark covers a share S of the pixel,
 
 The light cells behind the border take the share w of that row; r is the first term of Mehler's
 series for the chances of two correlated normal variables, as the cells' other ends lean. The slope
-q of the light across a side looks much like a shift: it is that between opposite sides.
+q of the light across a side looks much like a shift: it is that between opposite sides. Grey levels
+are clipped where the sensor clips.
 """
 
 from __future__ import annotations
@@ -35,6 +36,13 @@ from handeye_cli.geometry.edge_pixels import (
     image_sides,
     quarter_turn,
 )
+from handeye_cli.geometry.sensor_limits import (
+    FIRST_NOISE,
+    clipped,
+    fainter,
+    held_within,
+    near_limits,
+)
 
 _FIRST_BLUR = 0.8
 _FIRST_BAND = 3.0
@@ -44,7 +52,7 @@ _BAND_BLURS = 4.0
 _BAND_LIMITS = (2.0, 12.0)
 """Then all pixels within this multiple of the blur take part, and the band's limits."""
 _BLUR_LIMITS = (0.3, 6.0)
-_FIRST_STEPS, _LAST_STEPS = 4, 3
+_FIRST_STEPS, _LAST_STEPS, _STEPS_CLIPPED = 4, 3, 8
 _ROUNDS = (2, 4)
 _AT_REST = 0.05
 """Least and most rounds; they end when no side has moved by more, in pixels."""
@@ -138,6 +146,7 @@ def _rounds(
     quads = np.where(lost[:, None, None], squares.corners, quads)
     blur, band = np.full(SIDES * len(quads), _FIRST_BLUR), _FIRST_BAND
     state, across = np.zeros((len(blur), _PARAMETERS)), np.zeros(len(blur))
+    noise = FIRST_NOISE
     for number in range(_ROUNDS[1]):
         sides = image_sides(quads, squares.cells, to_pixel)
         thinned = max(int(np.max(sides.length)) // _FIRST_LENGTH, 1)
@@ -145,17 +154,18 @@ def _rounds(
         state[:, _SHIFT] = 0.0
         origin = state if number else _first_state(pixels, blur)
         steps = _LAST_STEPS if number else _FIRST_STEPS
-        state, normal, left = _iterate(pixels, origin, across, steps)
+        steps = _STEPS_CLIPPED if pixels.clipped else steps
+        state, normal, left, count = _iterate(pixels, origin, across, noise, steps)
         moved = _moved(quads, to_pixel, state[:, _SHIFT])
         lost |= ~_sound(moved, squares.corners)
         quads = np.where(lost[:, None, None], quads, moved)
         if number + 1 >= _ROUNDS[0] and np.max(np.abs(state[:, _SHIFT])) < _AT_REST:
             break
         across = _light_across(state, squares.cells * sides.depth[:, 0])
-        blur = state[:, _BLUR]
+        blur, noise = state[:, _BLUR], _noise(left, count)
         band = min(max(_BAND_BLURS * float(np.median(blur)), _BAND_LIMITS[0]), _BAND_LIMITS[1])
-    surplus = pixels.weight.sum(axis=1, dtype=float) - _PARAMETERS
-    misfit = np.where(np.repeat(lost, SIDES), _HOPELESS, left / np.maximum(surplus, 1.0))
+    surplus = np.maximum(count - _PARAMETERS, 1.0)
+    misfit = np.where(np.repeat(lost, SIDES), _HOPELESS, left / surplus)
     return _Round(quads, state, normal, misfit)
 
 
@@ -220,9 +230,10 @@ def _first_state(band: Band, blur: FloatArray) -> FloatArray:
     state[:, _BLUR], state[:, _LIGHT] = blur, 1.0
     # With light 1 and ink 0 the model is the share of paper.
     paper, _ = _model(band, state, np.zeros(len(blur)))
-    rows = np.stack([paper, 1.0 - paper], axis=1) * band.weight[:, None]
+    weight = fainter(band.weight, band.at_limits)
+    rows = np.stack([paper, 1.0 - paper], axis=1) * weight[:, None]
     normal = _by_square(rows @ np.swapaxes(rows, -1, -2)) + 1e-6 * np.eye(2)
-    right = _by_square(rows @ band.grey[..., None])
+    right = _by_square(rows @ (weight * band.grey)[..., None])
     light, dark = np.repeat(np.linalg.solve(normal, right)[..., 0], SIDES, axis=0).T
     state[:, _LIGHT] = np.maximum(light, 1.0)
     state[:, _INK] = dark / state[:, _LIGHT]
@@ -254,35 +265,69 @@ _TIES = _ties()
 
 
 def _iterate(
-    band: Band, state: FloatArray, across: FloatArray, steps: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    band: Band, state: FloatArray, across: FloatArray, noise: float, steps: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the state after some Gauss-Newton steps, and what the last of them saw.
 
     Returns:
-        (m, 6) state, (n, 24, 24) normal matrices and (m,) squared residuals before the last step.
+        (m, 6) state; (n, 24, 24) normal matrices, (m,) squared residuals and (m,) pixels that tell
+        of the light before the last step.
     """
     size = SIDES * _PARAMETERS
-    count = np.maximum(band.weight.sum(axis=1, dtype=float), 1.0)
+    whole = band.weight.sum(axis=1, dtype=float)
     largest = np.tile(_LARGEST_STEP, SIDES)
     for _ in range(steps):
-        model, J = _model(band, state, across)
-        left = (band.grey - model) * band.weight
-        J *= band.weight[:, None]
-        squared = np.sum(left * left, axis=1, dtype=float)
+        sides, wanted, squared, lost = _normal_equations(band, state, across, noise)
+        count = np.maximum(whole - lost, 1.0)
         together = state.reshape(-1, size)
         level = np.mean(state[:, _LIGHT].reshape(-1, SIDES), axis=1)[:, None, None]
-        ties = np.median(squared / count) * (_TIES[0] + _TIES[1] / level**2)
-        normal = _block_diagonal(J @ np.swapaxes(J, -1, -2)) + ties
-        right = (J @ left[..., None]).reshape(-1, size, 1) - ties @ together[..., None]
+        ties = _noise(squared, count) ** 2 * (_TIES[0] + _TIES[1] / level**2)
+        normal = _block_diagonal(sides) + ties
+        right = wanted.reshape(-1, size, 1) - ties @ together[..., None]
         diagonal = np.einsum("nii->ni", normal)
         diagonal += 1e-6 * (diagonal + 1e-9)
         step = np.linalg.solve(normal, right)[..., 0]
         state = (together + np.clip(step, -largest, largest)).reshape(-1, _PARAMETERS)
         state[:, _BLUR] = np.clip(state[:, _BLUR], *_BLUR_LIMITS)
-    return state, normal, squared
+    return state, normal, squared, count
 
 
-def _block_diagonal(blocks: SingleArray) -> FloatArray:
+def _normal_equations(
+    band: Band, state: FloatArray, across: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the normal equations of each side by itself.
+
+    Returns:
+        (m, 6, 6) and (m, 6) the equations, (m,) squared residuals, (m,) pixels lost to clipping.
+    """
+    model, J = _model(band, state, across)
+    lost = _clip(band, model, J, noise) if band.clipped else np.zeros(len(state))
+    left = (band.grey - model) * band.weight
+    J *= band.weight[:, None]
+    squared = np.sum(left * left, axis=1, dtype=float)
+    normal = (J @ np.swapaxes(J, -1, -2)).astype(float)
+    wanted = (J @ left[..., None])[..., 0].astype(float)
+    if band.clipped:
+        normal, wanted = held_within(normal, wanted, state, (_LIGHT, _INK), noise)
+    return normal, wanted, squared, lost
+
+
+def _clip(band: Band, model: SingleArray, J: SingleArray, noise: float) -> FloatArray:
+    """Clip (m, p) grey levels and their (m, 6, p) derivatives, in place; return the (m,) lost."""
+    near = np.flatnonzero(near_limits(model, noise) & (band.weight > 0.0))
+    side, pixel = np.divmod(near, model.shape[1])
+    seen = clipped(model[side, pixel], noise)
+    model[side, pixel] = seen.mean
+    J[side, :, pixel] *= seen.slope[:, None]
+    return np.asarray(np.bincount(side, 1.0 - seen.variance, len(model)))
+
+
+def _noise(squared: FloatArray, count: FloatArray) -> float:
+    """Return the typical residual of a side."""
+    return math.sqrt(float(np.median(squared / count)))
+
+
+def _block_diagonal(blocks: FloatArray) -> FloatArray:
     """Return the (n, 24, 24) matrices of four (6, 6) blocks each, from (4 n, 6, 6)."""
     count, size = len(blocks) // SIDES, blocks.shape[-1]
     matrix = np.zeros((count, SIDES, size, SIDES, size))

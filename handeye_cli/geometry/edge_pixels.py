@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from handeye_cli.geometry import pnp
 from handeye_cli.geometry.blurred_edge import SingleArray, normal_distribution
 from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.sensor_limits import at_limits
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -102,6 +104,17 @@ class Band:
     distance: SingleArray
     behind: SingleArray
     cells: SingleArray | None
+
+    @cached_property
+    def at_limits(self) -> NDArray[np.int64]:
+        """(k,) pixels that are black or white, counted row by row."""
+        index = at_limits(self.grey.astype(np.uint8))
+        return index[self.weight.ravel()[index] > 0.0]
+
+    @property
+    def clipped(self) -> bool:
+        """Whether light beyond the limits of the sensor may be among them."""
+        return len(self.at_limits) > 0
 
 
 def quarter_turn(vectors: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ BoolArray = NDArray[np.bool_]
 
 _LEAST = 1e-4
 """Least standard deviation of a slope over a pitch, in levels."""
+_FEWEST = 2
 _PLANE_TERMS, _QUADRATIC_TERMS = 4, 7
 _LOOSELY = 10.0
 """Standard deviation, in levels, to which terms are known beforehand, so that none is free."""
@@ -68,6 +69,11 @@ class Course:
     mean: FloatArray
     variance: FloatArray
 
+    @property
+    def bent(self) -> bool:
+        """Whether the light bends within a mark."""
+        return bool(self.mean.shape[1] > 2)
+
     def scaled(self, level: float, length: float) -> Course:
         """Return the same for light and lengths in smaller units, so many times."""
         factor = level / length ** np.array([1, 1, 2, 2, 2])[: self.mean.shape[1]]
@@ -75,7 +81,12 @@ class Course:
 
 
 def course_of_light(light: Light, marks: FloatArray) -> Course:
-    """Return the course of the light over (m, 2) marks, which bends where shadows fall."""
+    """Return the course of the light over (m, 2) marks, which bends where shadows fall.
+
+    A single level says nothing of slopes: the light is then taken to be even.
+    """
+    if len(light.level) < _FEWEST:
+        return Course(np.zeros_like(marks), np.full_like(marks, _LEAST**2))
     level, middle = typical(light.level), light.places.mean(axis=0)
     apart = _squares(light.places, light.places)
     pitch = math.sqrt(typical(np.partition(apart, 1, axis=1)[:, 1]))

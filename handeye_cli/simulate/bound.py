@@ -7,9 +7,11 @@ nothing that a detector does.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import log_ndtr, ndtr
 
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
@@ -22,6 +24,8 @@ _STEP = 0.02
 """Radii by which the discs are moved to either side."""
 _ROUNDING = 1.0 / 12.0
 """Variance of rounding to whole grey levels."""
+_ROUNDED_TO_LIMITS = (0.5, 254.5)
+"""Light beyond is seen as black or white."""
 
 
 def centre_bound(camera: Camera, view: DiscView) -> FloatArray:
@@ -40,8 +44,9 @@ def centre_bound(camera: Camera, view: DiscView) -> FloatArray:
     discs = view.drawing.discs
     step = _STEP * float(np.median(discs[:, 2]))
     light, *moved = (_lit(camera, view, shift) for shift in _shifts(step))
-    heard = light < 255.0
-    slopes = [np.where(heard, (a - b) / (2 * step), 0.0) for a, b in (moved[:2], moved[2:])]
+    variance = view.appearance.noise**2 + _ROUNDING
+    told = np.sqrt(told_of_light(light, math.sqrt(variance)))
+    slopes = [told * (a - b) / (2 * step) for a, b in (moved[:2], moved[2:])]
     touched = np.flatnonzero(np.abs(slopes[0]) + np.abs(slopes[1]) > 0.0)
     row, column = np.divmod(touched, camera.width)
     points = np.pad(discs[:, :2], ((0, 0), (0, 1)))
@@ -51,12 +56,29 @@ def centre_bound(camera: Camera, view: DiscView) -> FloatArray:
     x, y = (slope.ravel()[touched] for slope in slopes)
     sums = [np.bincount(owner, each, len(discs)) for each in (x * x, x * y, x * y, y * y)]
     information = np.stack(sums, axis=1).reshape(-1, 2, 2)
-    variance = view.appearance.noise**2 + _ROUNDING
     ends = [_pixels(camera, view.camera_T_target, points + step * e) for e in np.eye(3)[:2]]
     begins = [_pixels(camera, view.camera_T_target, points - step * e) for e in np.eye(3)[:2]]
     by_plate = np.stack([a - b for a, b in zip(ends, begins, strict=True)], axis=-1) / (2 * step)
     spread = variance * np.linalg.inv(information)
     return np.asarray(by_plate @ spread @ np.swapaxes(by_plate, -1, -2))
+
+
+def told_of_light(light: FloatArray, noise: float) -> FloatArray:
+    """Return the (...) Fisher information that clipped pixels keep, over that of unclipped ones.
+
+    With z noises from the light to a limit, light within tells Phi(z) - z phi(z), and that a pixel
+    is at the limit tells phi(z)^2 / Phi(-z) (Tobin 1958).
+
+    Args:
+        light: (...) grey levels before noise, rounding and clipping.
+        noise: Standard deviation of a grey level.
+    """
+    told = np.ones_like(light)
+    low, high = _ROUNDED_TO_LIMITS
+    for z in ((light - low) / noise, (high - light) / noise):
+        log_density = -0.5 * z * z - 0.5 * math.log(2.0 * math.pi)
+        told += ndtr(z) - z * np.exp(log_density) + np.exp(2.0 * log_density - log_ndtr(-z)) - 1.0
+    return np.clip(told, 0.0, 1.0)
 
 
 def _nearest(pixels: IntArray, centres: FloatArray, rims: FloatArray) -> IntArray:

@@ -27,6 +27,8 @@ _LARGEST_MISFIT = 25.0
 """Mean square residual, over the median of all discs, of a disc that is covered or stained."""
 _LARGEST_SIGMA = 0.3
 """Standard deviation in pixels above which a centre is not worth having."""
+_THINNEST = 1e-2
+"""Shorter over longer axis of a disc's outline, below which nobody would have found a disc."""
 _LOWEST_CONTRAST = 0.3
 """Contrast, over the median of all discs, below which a disc is no disc."""
 
@@ -48,10 +50,10 @@ def refine_discs(
     if seen.reason is not None:
         return seen
     found = discs[seen.ids]
-    to_pixel = plate_map(found[:, :2], seen.pixels, camera)
-    start = seen.pixels - offsets_of_middles(images_of(found, to_pixel))
-    if np.max(np.abs(start - seen.pixels)) > _NOTICEABLE:
-        to_pixel = plate_map(found[:, :2], start, camera)
+    begun = _begun(found, seen.pixels, camera)
+    if begun is None:
+        return Detection.missing("with these intrinsics the plate cannot be seen where it is")
+    to_pixel, start = begun
     fit = fit_discs(grey, found, to_pixel, start)
     good = _holds(fit, start)
     if good.sum() < pnp.MIN_POINTS:
@@ -88,6 +90,36 @@ def _carried(
     for _ in range(_ROUNDS):
         pixels = centres_of(rings, found, plate_map(found[:, :2], pixels, camera))
     return replace(seen, pixels=pixels)
+
+
+def _begun(
+    found: FloatArray, pixels: FloatArray, camera: Camera | None
+) -> tuple[PlateToPixel, FloatArray] | None:
+    """Return the plate's map and the centres by rough ones, or None where there is no sense in it.
+
+    Intrinsics of some other camera, or of none, can leave no pose of the plate that shows discs.
+    """
+    to_pixel = plate_map(found[:, :2], pixels, camera)
+    images = images_of(found, to_pixel)
+    if not _are_discs(images, pixels):
+        return None
+    start = pixels - offsets_of_middles(images)
+    if np.max(np.abs(start - pixels)) > _NOTICEABLE:
+        to_pixel = plate_map(found[:, :2], start, camera)
+        if not _are_discs(images_of(found, to_pixel), pixels):
+            return None
+    return to_pixel, start
+
+
+def _are_discs(images: FloatArray, pixels: FloatArray) -> bool:
+    """Return whether outlines are ellipses, by their (n, 17, 2) images, and within the plate's."""
+    rim = images[:, :-1] - images[:, -1:]
+    if not np.max(np.abs(rim)) < np.max(np.ptp(pixels, axis=0)):
+        return False
+    squares = np.swapaxes(rim, 1, 2) @ rim
+    thinnest = (_THINNEST * np.trace(squares, axis1=1, axis2=2)) ** 2
+    # false for what is not a number, too
+    return bool(np.all(np.linalg.det(squares) > thinnest))
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:

@@ -243,3 +243,34 @@ def test_many_squares_are_fitted_as_one():
         alone = replace(every, corners=corners[k : k + 1], light=light[k : k + 1])
         fit = fit_squares(picture, alone, view.to_pixel, start[k : k + 1])
         np.testing.assert_allclose(fit.pixels[0], together.pixels[k], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        {"paper": 240.0, "gradient": (0.6, 0.2)},
+        {"paper": 310.0, "ink": 50.0},
+        {"ink": -15.0},
+        {"paper": 290.0, "ink": -20.0},
+    ],
+)
+def test_light_beyond_the_limits_of_the_sensor_does_no_harm(look):
+    """White on one side, white all over, black ink, both: chi-square of 2 per corner of 24.
+
+    Corners of one tag share sides: an effective 18 of the 24. Clipped light that is taken for seen
+    moves corners by a tenth of a pixel and more.
+    """
+    rng = np.random.default_rng(37)
+    squares_, worst = [], []
+    for tilt_deg in (10.0, 30.0, 50.0):
+        view = View.at(rng, tilt_deg, 120)
+        for _ in range(2):
+            picture = view.picture(rng, noise=2.0, **look)
+            assert np.mean((picture == 0) | (picture == 255)) > 0.005
+            fit = view.fit(rng, picture)
+            error = (fit.pixels - view.truth).reshape(-1, 2)
+            weight = np.linalg.inv(fit.covariance.reshape(-1, 2, 2))
+            squares_.append(np.einsum("ni,nij,nj->n", error, weight, error))
+            worst.append(np.max(np.abs(error)))
+    assert np.mean(squares_) < 2.0 + 4 * 2 / np.sqrt(18)
+    assert np.max(worst) < 0.05

@@ -82,3 +82,12 @@ def test_units_of_length_do_not_matter():
     np.testing.assert_allclose(there.mean[:, :2], 7.0 * here.mean[:, :2], rtol=1e-3)
     np.testing.assert_allclose(there.mean[:, 2:], 49.0 * here.mean[:, 2:], rtol=1e-3, atol=1e-6)
     np.testing.assert_allclose(there.variance[:, :2], 49.0 * here.variance[:, :2], rtol=1e-3)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_light_that_is_hardly_known_is_taken_to_be_even(count):
+    light = Light(np.ones((count, 2)), np.ones(count), np.ones(count), np.ones(count, dtype=bool))
+    course = course_of_light(light, np.arange(6.0).reshape(3, 2))
+    assert not course.bent
+    np.testing.assert_array_equal(course.mean, np.zeros((3, 2)))
+    assert np.all(course.variance > 0.0)

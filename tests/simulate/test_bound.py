@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from handeye_cli.geometry import se3
 from handeye_cli.records import Camera
-from handeye_cli.simulate.bound import centre_bound
+from handeye_cli.simulate.bound import centre_bound, told_of_light
 from handeye_cli.simulate.random_views import DiscView
 from handeye_cli.simulate.render import Appearance
 from handeye_cli.simulate.scenery import Scenery
@@ -54,3 +55,27 @@ def test_clipped_white_tells_nothing():
     plain = centre_bound(CAMERA, view(Appearance(paper=250.0)))
     clipped = centre_bound(CAMERA, view(Appearance(paper=400.0, ink=100.0)))
     assert np.all(clipped[:, 0, 0] > plain[:, 0, 0] * (220.0 / 300.0) ** 2)
+
+
+def test_black_tells_nothing_either():
+    plain = centre_bound(CAMERA, view(Appearance(ink=5.0)))
+    clipped = centre_bound(CAMERA, view(Appearance(ink=-145.0, paper=205.0)))
+    assert np.all(clipped[:, 0, 0] > plain[:, 0, 0] * (200.0 / 350.0) ** 2)
+
+
+@pytest.mark.parametrize("light", [-2.0, 1.0, 120.0, 251.0, 254.5, 257.0])
+def test_what_clipped_pixels_tell_is_the_variance_of_their_score(light):
+    """Of 400 000 pixels: the variance is known within 0.5 %, four times that is allowed."""
+    noise, step = 2.0, 1e-3
+    rng = np.random.default_rng(5)
+    seen = np.clip(light + rng.normal(0.0, noise, 400_000), 0.5, 254.5)
+
+    def log_likelihood(mean):
+        within = norm.logpdf(seen, mean, noise)
+        black, white = norm.logcdf(0.5, mean, noise), norm.logsf(254.5, mean, noise)
+        return np.where(seen == 0.5, black, np.where(seen == 254.5, white, within))
+
+    score = (log_likelihood(light + step) - log_likelihood(light - step)) / (2 * step)
+    expected = np.var(score) * noise**2
+    assert told_of_light(np.array(light), noise) == pytest.approx(expected, rel=0.02)
+    assert told_of_light(np.array([-1e4, 1e4]), noise) == pytest.approx(0.0)

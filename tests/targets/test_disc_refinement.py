@@ -17,7 +17,7 @@ PLAIN = "disc-grid:6x6:5mm:4mm"
 CORNER = "disc-grid:10x10:5mm:2.5mm:5mm"
 
 
-def picture(text, rng, tilt_deg, noise=2.0):
+def picture(text, rng, tilt_deg, noise=2.0, **look):
     """A drawn picture of a target with the pixels of its points."""
     board = targets.build(targets.parse(text))
     centre = board.points().mean(axis=0)
@@ -26,7 +26,7 @@ def picture(text, rng, tilt_deg, noise=2.0):
     R = rotations.exp(tilt) @ rotations.exp(np.array([0, 0, rng.uniform(-3, 3)]))
     distance = 1.7 * CAMERA.fx * np.ptp(board.points()[:, 0]) / CAMERA.height
     pose = se3.from_parts(R, np.array([0.0, 0.0, distance]) - R @ centre)
-    light = Appearance(gradient=(0.2, -0.1), noise=noise)
+    light = Appearance(**{"gradient": (0.2, -0.1), "noise": noise, **look})
     grey = render_target(CAMERA, pose, board.drawing(), appearance=light, rng=rng)
     points = se3.transform_points(pose, board.points())
     return board, grey, project(points, CAMERA.parameters)
@@ -115,3 +115,17 @@ def test_large_tilted_discs_start_from_their_centres():
     assert np.abs(rough.pixels - numbered_like(rough, truth, board)).max() > 1.0
     assert len(seen.ids) == 9
     assert np.abs(seen.pixels - numbered_like(seen, truth, board)).max() < 0.01
+
+
+def test_paper_that_is_white_on_one_side_leaves_the_noise_honest():
+    """Of 72 numbers of each of four pictures the RMS is known within 5 %; a fifth is allowed."""
+    rng = np.random.default_rng(17)
+    squares, sigmas = [], []
+    for tilt_deg in (5.0, 20.0, 35.0, 50.0):
+        board, grey, truth = picture(PLAIN, rng, tilt_deg, paper=245.0, gradient=(0.7, 0.2))
+        assert 0.03 < np.mean(grey == 255) < 0.6
+        seen = board.refine(grey, board.detect(grey), CAMERA)
+        assert len(seen.ids) == 36
+        squares.append((seen.pixels - numbered_like(seen, truth, board)) ** 2)
+        sigmas.append(seen.sigma_px)
+    assert np.sqrt(np.mean(np.square(sigmas))) == pytest.approx(np.sqrt(np.mean(squares)), rel=0.2)
