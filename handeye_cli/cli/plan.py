@@ -18,12 +18,14 @@ from handeye_cli.cli.plan_options import (
     limits_of,
     noise_of,
 )
+from handeye_cli.cli.plot_files import check_plot
 from handeye_cli.conventions import parse_angle, parse_length
 from handeye_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
+    from handeye_cli.documents.cameras import CameraSource
     from handeye_cli.planning.options import PlanOptions
-    from handeye_cli.records import Camera, FloatArray, Plan
+    from handeye_cli.records import FloatArray, Plan
 
 EXAMPLES = (
     "handeye plan --stations 7 --distance 170mm --tilt 30deg",
@@ -76,14 +78,9 @@ def _planned(layout: Layout, camera: str | None, options: PlanOptions) -> tuple[
     distance, tilt = parse_length(layout.distance), parse_angle(layout.tilt)
     guess = _guess(layout.calibration)
     existing = open_calibration(layout.calibration) if guess is None else None
-    seen_by = None if camera is None else _open(camera)
+    seen_by = None if camera is None else _seen_by(camera, layout)
     if seen_by is not None:
-        if layout.target is None:
-            raise UsageError(
-                "--camera tells what is seen of a target, and there is none",
-                hint="name it with --target, such as --target disc-grid:6x6:5mm:4mm",
-            )
-        options = replace(options, camera=_camera_of(seen_by))
+        options = replace(options, camera=seen_by.camera)
     planned = pipeline.to_plan(
         layout.stations,
         distance=distance,
@@ -96,7 +93,11 @@ def _planned(layout: Layout, camera: str | None, options: PlanOptions) -> tuple[
         reference_T_target=_pose_of("--base-T-target", layout.base_T_target),
         options=options,
     )
-    return planned, [each for each in (existing, seen_by) if each is not None]
+    inputs = [] if existing is None else [existing]
+    if seen_by is not None:
+        # Intrinsics have no provenance, and neither has the plan so far.
+        inputs.append(Opened(planned, (seen_by.name, seen_by.sha256)))
+    return planned, inputs
 
 
 def _further(
@@ -146,15 +147,16 @@ def _pose_of(flag: str, text: str | None) -> FloatArray | None:
     return pose
 
 
-def _camera_of(opened: Opened) -> Camera:
-    camera: Camera | None = getattr(opened.record, "camera", None)
-    if camera is None:
-        raise InputError(
-            "expected a document with a camera, found none",
-            where=opened.file[0],
-            hint="give a recording, features, stations or calibration with intrinsics",
+def _seen_by(camera: str, layout: Layout) -> CameraSource:
+    """Read the intrinsics of --camera, which have no part in a plan without a target."""
+    from handeye_cli.documents import cameras
+
+    if layout.target is None:
+        raise UsageError(
+            "--camera tells what is seen of a target, and there is none",
+            hint="name it with --target, such as --target disc-grid:6x6:5mm:4mm",
         )
-    return camera
+    return cameras.read(camera, None)
 
 
 def _check_way(way: Way, output: Output) -> None:
@@ -163,6 +165,8 @@ def _check_way(way: Way, output: Output) -> None:
     for path in (way.csv, way.mcap):
         if path is not None:
             documents.check_destination(path, output.force)
+    if way.plot is not None:
+        check_plot([way.plot], output)
 
 
 def _write_way(planned: Plan, way: Way, output: Output) -> None:
@@ -177,3 +181,7 @@ def _write_way(planned: Plan, way: Way, output: Output) -> None:
         parent, _ = table.frames_of(planned)
         content = mcap_bytes(table.poses_of(planned), parent)
         documents.write_bytes(content, way.mcap, output.force)
+    if way.plot is not None:
+        from handeye_cli.render.plan_plot import plan_png
+
+        documents.write_bytes(plan_png(planned), way.plot, output.force)

@@ -76,7 +76,7 @@ class CellLimits:
 
     camera: Annotated[
         str | None,
-        _limit(metavar="FILE", help="Any document with the intrinsics: the target stays in view."),
+        _limit(metavar="FILE", help="Intrinsics, as `solve` takes them: the target stays in view."),
     ] = None
     margin_px: Annotated[
         float | None,
@@ -151,6 +151,10 @@ class Way:
     ] = None
     mcap: Annotated[
         str | None, _output(metavar="FILE", help="Write them as a ROS 2 PoseArray in an MCAP file.")
+    ] = None
+    plot: Annotated[
+        str | None,
+        _output(metavar="FILE.png", help="Draw where the camera goes, and how it is turned there."),
     ] = None
 
 

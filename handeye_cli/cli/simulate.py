@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Output
 from handeye_cli.cli.outputs import check_output, finish
+from handeye_cli.cli.plot_files import check_plot
 from handeye_cli.cli.simulate_options import Experiment, NoiseLevels, Plot, Study
 from handeye_cli.conventions import parse_angle, parse_length
 from handeye_cli.errors import UsageError
@@ -21,7 +22,6 @@ EXAMPLES = (
     "      --method maximum-likelihood --robot-rotation 0.3mrad --seed 1",
 )
 _ALL = "all"
-_PNG = ".png"
 
 
 def simulate(
@@ -100,24 +100,15 @@ def _picture_files(plot: Plot, numbers: list[int], output: Output) -> list[str]:
     """Return the file of each figure's picture, after making sure that they can be made."""
     if plot.plot is None:
         return []
-    from handeye_cli import documents
-    from handeye_cli.render.figure_plot import require_matplotlib
-
-    path = Path(plot.plot)
     if not numbers:
         raise UsageError(
             "--plot draws a figure, and a single setting is none", hint="add --figure 8 to 13"
         )
-    if path.suffix.lower() != _PNG:
-        raise UsageError(
-            f"expected a file that ends in {_PNG}, found {path.name!r}", where="--plot"
-        )
-    require_matplotlib()
+    path = Path(plot.plot)
     files = [plot.plot]
     if len(numbers) > 1:
         files = [str(path.with_stem(f"{path.stem}-{number:02d}")) for number in numbers]
-    for file in files:
-        documents.check_destination(file, output.force)
+    check_plot(files, output)
     return files
 
 

@@ -11,7 +11,7 @@ from handeye_cli import __version__
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Output, Work
 from handeye_cli.cli.progress import steps
-from handeye_cli.cli.recording_files import prepare_folder, write_folder, write_mcap
+from handeye_cli.cli.recording_files import prepared_folder, write_folder, write_mcap
 from handeye_cli.cli.simulate_recording_inputs import Wish, wish_of
 from handeye_cli.cli.simulate_recording_options import (
     Camerawork,
@@ -52,7 +52,7 @@ def simulate_recording(
     else:
         _refuse_motion(camerawork, simulated)
         _photograph(simulated, made, step)
-    _write_truth(wish, simulated, made)
+    _write_truth(wish, simulated, made, step)
     _report(wish, simulated, made)
 
 
@@ -61,7 +61,7 @@ def _step(wish: Wish, flags: dict[str, object]) -> ProvenanceStep:
 
     if wish.faults:
         flags = flags | {"fault": " ".join(fault.text for fault in wish.faults)}
-    files = tuple(each.file for each in wish.inputs)
+    files = tuple(file for each in wish.inputs for file in each.files)
     return ProvenanceStep("simulate recording", __version__, files, flags)
 
 
@@ -77,10 +77,10 @@ def _refuse_motion(camerawork: Camerawork, simulated: SimulatedRecording) -> Non
 
 
 def _photograph(simulated: SimulatedRecording, made: Made, step: ProvenanceStep) -> None:
-    folder = prepare_folder(made.output, simulated.staging.names, made.force)
-    _check_truth(made)
-    with steps(Work(), Output(quiet=made.quiet)) as how:
-        write_folder(simulated, folder, step, how.progress)
+    with prepared_folder(made.output, simulated.staging.names, made.force) as folder:
+        _check_truth(made)
+        with steps(Work(), Output(quiet=made.quiet)) as how:
+            write_folder(simulated, folder, step, how.progress)
 
 
 def _film(
@@ -116,15 +116,16 @@ def _check_truth(made: Made) -> None:
         documents.check_destination(made.truth, made.force)
 
 
-def _write_truth(wish: Wish, simulated: SimulatedRecording, made: Made) -> None:
+def _write_truth(
+    wish: Wish, simulated: SimulatedRecording, made: Made, step: ProvenanceStep
+) -> None:
     if made.truth is None:
         return
     from handeye_cli import documents
-    from handeye_cli.simulate.truth import truth_document
+    from handeye_cli.simulate.truth import truth_of
 
-    document = truth_document(simulated, wish.rig.noise, wish.faults)
-    text = documents.dump_data(document, documents.form_of(made.truth))
-    documents.write_text(text, made.truth, made.force)
+    truth = truth_of(simulated, wish.rig.noise, wish.faults, (step,))
+    documents.write(truth, made.truth, made.force)
 
 
 def _report(wish: Wish, simulated: SimulatedRecording, made: Made) -> None:

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import Opened, open_calibration
-from handeye_cli.cli.simulate_recording_options import Disturbance, Optics, Scenery
+from handeye_cli.cli.simulate_recording_options import (
+    MOST_PIXELS,
+    Disturbance,
+    Optics,
+    Scenery,
+)
 from handeye_cli.conventions import Setup, parse_angle, parse_length
 from handeye_cli.errors import InputError, UsageError
 
@@ -17,6 +22,7 @@ if TYPE_CHECKING:
     from handeye_cli.simulate.recording import Rig, SimulatedRecording
 
 _COEFFICIENTS = (4, 5)
+_MOST_GRADIENT = 2.0
 _OF_PLAN = ("stations", "distance", "tilt")
 _OF_CAMERA = ("width", "height", "focal-px", "distortion")
 
@@ -80,7 +86,9 @@ def wish_of(scenery: Scenery, optics: Optics, chance: Disturbance) -> Wish:
         reference_T_target=reference_T_target,
         setup=setup,
         noise=_noise(chance),
-        appearance=Appearance(blur_px=chance.blur_px, noise=chance.image_noise),
+        appearance=Appearance(
+            gradient=_gradient(chance.gradient), blur_px=chance.blur_px, noise=chance.image_noise
+        ),
     )
     opened = [each for each in (planned.opened, calibration, of_camera) if each is not None]
     return Wish(rig, planned.target_T_camera, planned.names, chance.seed, wrong, opened)
@@ -158,36 +166,30 @@ def _camera(optics: Optics) -> tuple[Camera, Opened | None]:
     from handeye_cli.records import Camera
 
     if optics.camera is not None:
-        return _camera_of_document(optics)
+        return _camera_of_file(optics, optics.camera)
     focal = optics.focal_px
     middle = ((optics.width - 1) / 2.0, (optics.height - 1) / 2.0)
     distortion = _distortion(optics.distortion)
     return Camera(optics.width, optics.height, focal, focal, *middle, distortion), None
 
 
-def _camera_of_document(optics: Optics) -> tuple[Camera, Opened]:
-    from handeye_cli import pipeline
-    from handeye_cli.records import Calibration, Features, Recording, Stations
+def _camera_of_file(optics: Optics, path: str) -> tuple[Camera, Opened]:
+    from handeye_cli.documents import cameras
 
     _refuse_beside("--camera", optics, _OF_CAMERA)
-    opened = _opened(str(optics.camera))
-    with opened.blamed():
-        pipeline.expect(opened.record, Recording, Features, Stations, Calibration)
-        if opened.record.camera is None:
-            raise InputError(
-                "expected a document with a camera, found none in it",
-                hint="take another document, or --width, --height, --focal-px and --distortion",
-            )
+    read = cameras.read(path, None)
+    width, height = read.camera.width, read.camera.height
+    if max(width, height) > MOST_PIXELS:
+        raise InputError(
+            f"expected images of at most {MOST_PIXELS} columns and rows, found {width} x {height}",
+            where=read.name,
+        )
     # What is simulated is known exactly, however it was found.
-    return replace(opened.record.camera, covariance=None), opened
+    return replace(read.camera, covariance=None), Opened(read.camera, (read.name, read.sha256))
 
 
 def _distortion(text: str | None) -> tuple[float, ...]:
-    words = [] if text is None else text.split(",")
-    try:
-        numbers = tuple(float(word) for word in words)
-    except ValueError:
-        numbers = ()
+    numbers = () if text is None else _numbers(text)
     if text is not None and len(numbers) not in _COEFFICIENTS:
         raise UsageError(
             f"expected four or five numbers with commas, found {text!r}",
@@ -195,6 +197,27 @@ def _distortion(text: str | None) -> tuple[float, ...]:
             hint="write k1,k2,p1,p2,k3, such as -0.12,0.08,0,0,0",
         )
     return numbers
+
+
+def _gradient(text: str | None) -> tuple[float, float]:
+    numbers = (0.0, 0.0) if text is None else _numbers(text)
+    # Half of each change lies to either side of the middle; beyond that a corner has no light.
+    if len(numbers) != 2 or not sum(map(abs, numbers)) < _MOST_GRADIENT:
+        raise UsageError(
+            f"expected two numbers whose sizes add up to less than {_MOST_GRADIENT:g}, "
+            f"found {text!r}",
+            where="--gradient",
+            hint="write the changes to the right and down, such as 0.12,-0.08",
+        )
+    return numbers
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """Return the numbers of a list with commas, none if one of its words is no number."""
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        return ()
 
 
 def _opened(path: str) -> Opened:

@@ -13,7 +13,7 @@ MOST_PIXELS = 10_000
 
 _scene = partial(Flag, rich_help_panel="Scene")
 _camera = partial(Flag, rich_help_panel="Camera")
-_noise = partial(Flag, rich_help_panel="Noise, RMS magnitude")
+_noise = partial(Flag, rich_help_panel="Light and noise (the robot's: RMS magnitude)")
 _shooting = partial(Flag, rich_help_panel="MCAP (the robot goes from pause to pause)")
 _output = partial(Flag, rich_help_panel="Output")
 
@@ -60,7 +60,10 @@ class Optics:
     """The camera."""
 
     camera: Annotated[
-        str | None, _camera(metavar="FILE", help="The camera of this document; else:")
+        str | None,
+        _camera(
+            metavar="FILE", help="Intrinsics, from any file that `solve` takes them from; else:"
+        ),
     ] = None
     width: Annotated[int, _camera(metavar="PX", min=16, max=MOST_PIXELS, help="Columns.")] = 640
     height: Annotated[int, _camera(metavar="PX", min=16, max=MOST_PIXELS, help="Rows.")] = 480
@@ -72,7 +75,7 @@ class Optics:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What chance does."""
+    """What light, lens and chance do."""
 
     robot_rotation: Annotated[
         str, _noise(metavar="ANGLE", help="Of the gripper, at each station.")
@@ -86,6 +89,13 @@ class Disturbance:
     blur_px: Annotated[
         float, _noise(metavar="PX", min=0.0, max=100.0, help="Of the lens, pixels.")
     ] = 0.7
+    gradient: Annotated[
+        str | None,
+        _noise(
+            metavar="RIGHT,DOWN",
+            help="Uneven light: its relative change across the image and down it: 0.12,-0.08.",
+        ),
+    ] = None
     seed: Annotated[int, _noise(metavar="N", min=0, help="Of all chance.")] = 0
 
 

@@ -41,6 +41,8 @@ _FEWEST = 8
 """Stations below which nothing is said of systematic errors."""
 _TESTED = (0.5, 1.0)
 """Lengths of fields that are tested, in units of the spread of the poses."""
+_STANDS_OUT = 4.0
+"""Its inverse is by how many standard deviations noise of the coordinate moves a trend."""
 _ROUND_NUMBERS = {"position": (100.0 * MM, "100 mm"), "orientation": (math.radians(10.0), "10 deg")}
 
 
@@ -246,13 +248,28 @@ def _hypotheses(stations: AnsweredStations) -> Iterator[_Hypothesis]:
     ways[:, :3, 0] = stations.robot[:, :3, 3]
     yield _Hypothesis(ways, "translation", "scale")
     frames = {"base": np.eye(3), "gripper": stations.robot[:, :3, :3]}
-    for follows, coordinates in (("position", position), ("orientation", turned)):
+    noise = stations.estimate.model.noise
+    for follows, coordinates, level in (
+        ("position", position, noise.robot_translation),
+        ("orientation", turned, noise.robot_rotation),
+    ):
         for k, axis in enumerate("xyz"):
+            if not _stands_out(coordinates[:, k], level or 0.0):
+                continue
             for frame, axes in frames.items():
                 for error, part in PARTS.items():
                     columns = np.zeros((len(position), 6, 3))
                     columns[:, part] = coordinates[:, k, None, None] * axes
                     yield _Hypothesis(columns, error, follows, axis, frame)
+
+
+def _stands_out(coordinate: FloatArray, level: float) -> bool:
+    """Return whether (N,) coordinates of the poses differ by far more than the poses' own noise.
+
+    Those that do not are the noise, and so are the residuals: the one would explain the other.
+    """
+    noise = level * math.sqrt(len(coordinate) / 3.0)
+    return float(np.std(coordinate)) > _STANDS_OUT * noise
 
 
 def _likeness(stations: AnsweredStations) -> float:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         Verification,
     )
     from handeye_cli.records.batch import Batch
+    from handeye_cli.records.truth import Truth
 
     Record = (
         Recording
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
         | Calibration
         | Verification
         | Batch
+        | Truth
         | Inspection
         | Plan
         | Simulation
@@ -57,7 +59,6 @@ __all__ = [
     "as_written",
     "check_destination",
     "dump",
-    "dump_data",
     "form_of",
     "label_of",
     "read",
@@ -145,15 +146,6 @@ def dump(record: Record, form: Form) -> str:
         ValueError: A number of the record is not finite.
     """
     return layout.dump(_module(_kind_of(record)).data_from_record(record), form)
-
-
-def dump_data(data: Mapping[str, Any], form: Form) -> str:
-    """Return a document that has no record of its own (simulation) as text.
-
-    Raises:
-        ValueError: A number is not finite.
-    """
-    return layout.dump(data, form)
 
 
 def write(record: Record, destination: str, force: bool = False) -> None:

@@ -134,8 +134,7 @@ def _view(points: FloatArray, camera: Camera, margin: float) -> Callable[[Places
         aside = np.hypot(here[..., 0], here[..., 1])
         # beyond the image a lens model may fold back: there the model without distortion counts
         folded = ~(aside <= widest * here[..., 2])
-        plain = project(here, camera.parameters[:4])
-        pixels = np.where(folded[..., None], plain, pixels)
+        pixels[folded] = project(here[folded], camera.parameters[:4])
         outside = np.max(np.maximum(low - pixels, pixels - high), axis=-1)
         behind = (here[..., 2] <= 0.0) | ~np.isfinite(outside)
         lost = np.where(folded, np.maximum(outside, 1.0), np.maximum(outside, 0.0))

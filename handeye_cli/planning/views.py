@@ -37,12 +37,16 @@ def circle_views(angles: ArrayLike, distance: float, tilt: float) -> FloatArray:
 
 def cameras_of(views: FloatArray, aim: FloatArray) -> FloatArray:
     """Return the (..., 4, 4) poses target_T_camera of (..., 6) views of a (3,) aim point."""
-    flat = np.zeros((*views.shape[:-1], 1))
-    R = rotations.exp(np.concatenate([views[..., :2], flat], axis=-1))
-    position = aim - views[..., DISTANCE, None] * R[..., :, 2]
-    roll = rotations.exp(views[..., ROLL, None] * np.array([0.0, 0.0, 1.0]))
-    aside = rotations.exp(np.concatenate([views[..., 4:], flat], axis=-1))
-    return se3.from_parts(R @ roll @ aside, position)
+    # one batch of the three rotations takes a third of the time of three
+    turns = np.zeros((3, *views.shape[:-1], 3))
+    turns[0, ..., :2], turns[1, ..., 2], turns[2, ..., :2] = (
+        views[..., :2],
+        views[..., ROLL],
+        views[..., 4:],
+    )
+    tilted, rolled, aside = rotations.exp(turns)
+    position = aim - views[..., DISTANCE, None] * tilted[..., :, 2]
+    return se3.from_parts(tilted @ rolled @ aside, position)
 
 
 def tilts(views: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import normalise
 from handeye_cli.records import Camera, FloatArray, IntArray
+from handeye_cli.simulate.bowed import FLAT, Bow
 
 Distance = Callable[[FloatArray, IntArray], FloatArray]
 """Signed distances, negative inside, of (..., 2) plate points to the sides of (...) shapes.
@@ -31,9 +32,9 @@ The result is (..., k): a shape is what lies inside all of its sides, which meet
 _CELLS = 4
 """Cells along each side of a pixel that an outline cuts."""
 _STEP = 8
-"""Pixels along each side of a block; the knots of the map to the plate are the blocks' middles."""
+"""Pixels along each side of a block; the knots of the map to rays are the blocks' middles."""
 _NODES = 5
-"""Knots in a row that a plate point is interpolated between, by a polynomial through them."""
+"""Knots in a row that a ray is interpolated between, by a polynomial through them."""
 _POLYNOMIALS = np.linalg.inv(np.vander(np.arange(_NODES), increasing=True))
 _GRAZING = 0.02
 """Rays flatter than this against the plate are lifted to it, so that none misses the plane."""
@@ -49,12 +50,18 @@ class View:
     Attributes:
         camera: The intrinsics.
         blur: (2 m + 1, c) weights of one pixel's c cells in the pixels around it.
+        bow: How the plate is bent.
+        origin: (3,) where the camera is, in the plate's frame, metres.
+        rays: (h, w, 2) ways in x and y for each metre in z of the rays of the blocks' middles.
         knots: (h, w, 2) plate points of the blocks' middles, metres.
         reach: (h, w) radius on the plate that a block surely stays in, metres.
     """
 
     camera: Camera
     blur: FloatArray
+    bow: Bow
+    origin: FloatArray
+    rays: FloatArray
     knots: FloatArray
     reach: FloatArray
 
@@ -64,13 +71,14 @@ class View:
         return len(self.blur) // 2
 
 
-def look(camera: Camera, camera_T_target: FloatArray, blur_px: float) -> View:
+def look(camera: Camera, camera_T_target: FloatArray, blur_px: float, bow: Bow = FLAT) -> View:
     """Prepare the view of a plate.
 
     Args:
         camera: The intrinsics.
         camera_T_target: (4, 4) pose of the plate, seen from its front.
         blur_px: Standard deviation of the Gaussian blur, pixels.
+        bow: How the plate is bent.
 
     Raises:
         UsageError: The blur is negative, or the camera is behind the plate.
@@ -78,7 +86,8 @@ def look(camera: Camera, camera_T_target: FloatArray, blur_px: float) -> View:
     """
     if not 0.0 <= blur_px < math.inf:
         raise UsageError(f"expected a blur of 0 px or more, found {blur_px:g} px")
-    height = -float(se3.inverse(camera_T_target)[2, 3])
+    origin = se3.inverse(camera_T_target)[:3, 3]
+    height = -float(origin[2])
     if height <= 0.0:
         raise UsageError(
             f"expected the camera in front of the plate, found it {-1e3 * height:g} mm behind",
@@ -87,8 +96,9 @@ def look(camera: Camera, camera_T_target: FloatArray, blur_px: float) -> View:
     blur = blur_weights(blur_px, _CELLS)
     margin = len(blur) // 2
     v, u = (_block_middles(size + 2 * margin) - margin for size in (camera.height, camera.width))
-    knots = plate_points(camera, camera_T_target, np.stack(np.meshgrid(u, v), axis=-1))
-    return View(camera, blur, knots, _reach(knots))
+    rays = plate_rays(camera, camera_T_target, np.stack(np.meshgrid(u, v), axis=-1))
+    knots = bow.met(origin, rays)
+    return View(camera, blur, bow, origin, rays, knots, _reach(knots))
 
 
 def _block_middles(size: int) -> FloatArray:
@@ -105,8 +115,13 @@ def _reach(knots: FloatArray) -> FloatArray:
     return np.asarray(sliding_window_view(between, (2, 2)).max(axis=(2, 3)))
 
 
-def plate_points(camera: Camera, camera_T_target: FloatArray, pixels: FloatArray) -> FloatArray:
-    """Return the (..., 2) points of the plate, metres, that (..., 2) pixels look at.
+def plate_rays(camera: Camera, camera_T_target: FloatArray, pixels: FloatArray) -> FloatArray:
+    """Return the (..., 2) ways in x and y of the plate for each metre in its z, of pixels' rays.
+
+    Args:
+        camera: The intrinsics.
+        camera_T_target: (4, 4) pose of the plate.
+        pixels: (..., 2) u and v.
 
     Raises:
         InputError: The distortion leaves a pixel without a direction.
@@ -121,8 +136,7 @@ def plate_points(camera: Camera, camera_T_target: FloatArray, pixels: FloatArray
         )
     target_T_camera = se3.inverse(camera_T_target)
     along = rays @ target_T_camera[:3, :2].T + target_T_camera[:3, 2]
-    depth = -target_T_camera[2, 3] / np.maximum(along[..., 2:], _GRAZING)
-    return np.asarray(target_T_camera[:2, 3] + depth * along[..., :2])
+    return np.asarray(along[..., :2] / np.maximum(along[..., 2:], _GRAZING))
 
 
 def blur_weights(blur_px: float, cells: int) -> FloatArray:
@@ -206,7 +220,7 @@ def _sorted(signed: FloatArray, reach: FloatArray) -> tuple[NDArray[np.bool_], N
 def interpolated(
     view: View, rows: FloatArray | IntArray, columns: FloatArray | IntArray
 ) -> FloatArray:
-    """Return plate points from the polynomials through the knots around them.
+    """Return the plate points of rays from the polynomials through those of the knots around them.
 
     Args:
         view: The camera before the plate.
@@ -221,9 +235,9 @@ def interpolated(
         for places, count in zip((rows, columns), view.reach.shape, strict=True)
     )
     node = np.arange(_NODES)
-    knots = view.knots[(row[:, None] + node)[:, :, None], (column[:, None] + node)[:, None]]
+    knots = view.rays[(row[:, None] + node)[:, :, None], (column[:, None] + node)[:, None]]
     lines = down @ knots.reshape(len(rows), _NODES, 2 * _NODES)
-    return np.asarray(across[:, None] @ lines.reshape(*rows.shape, _NODES, 2))
+    return view.bow.met(view.origin, across[:, None] @ lines.reshape(*rows.shape, _NODES, 2))
 
 
 def _nodes(places: FloatArray | IntArray, count: int) -> tuple[IntArray, FloatArray]:

@@ -22,10 +22,10 @@ from handeye_cli.records import (
     Recording,
     TargetSpec,
 )
-from handeye_cli.simulate.bowed import Bow, bent_light, bow_of
+from handeye_cli.simulate.bowed import FLAT, Bow, bow_of, require_seen
 from handeye_cli.simulate.faults import Fault, Staging, stage
 from handeye_cli.simulate.poses import perturbed
-from handeye_cli.simulate.render import Appearance, expose, paint_target
+from handeye_cli.simulate.render import Appearance, expose, extent_of, paint_target
 from handeye_cli.targets.drawing import Drawing
 
 
@@ -61,14 +61,14 @@ class Scene:
         points: (n, 3) points of the target as it is printed and bent, metres.
         drawing: What is on it.
         appearance: Light, ink and lens.
-        bow: How the target is bent, None when it is flat.
+        bow: How the target is bent.
     """
 
     camera: Camera
     points: FloatArray
     drawing: Drawing
     appearance: Appearance
-    bow: Bow | None = None
+    bow: Bow = FLAT
 
     def pixels(self, camera_T_target: FloatArray) -> FloatArray:
         """Return the (..., n, 2) images of the points, for (..., 4, 4) poses of the target."""
@@ -96,7 +96,7 @@ class RenderedImage:
         """Draw the (height, width) grey image.
 
         Raises:
-            UsageError: The target is not in front of the camera.
+            UsageError: The target is not in front of the camera, or bent out of its sight.
             InputError: The distortion leaves pixels without a direction.
         """
         return self.exposed(self.light())
@@ -105,12 +105,13 @@ class RenderedImage:
         """Return the picture's (height, width) grey levels before noise and rounding.
 
         Raises:
-            UsageError: The target is not in front of the camera.
+            UsageError: The target is not in front of the camera, or bent out of its sight.
             InputError: The distortion leaves pixels without a direction.
         """
         scene, pose = self.scene, self.camera_T_target
-        light = paint_target(scene.camera, pose, scene.drawing, appearance=scene.appearance)
-        return light if scene.bow is None else bent_light(light, scene.camera, pose, scene.bow)
+        return paint_target(
+            scene.camera, pose, scene.drawing, appearance=scene.appearance, bow=scene.bow
+        )
 
     def exposed(self, light: FloatArray) -> GreyImage:
         """Return the picture that this light makes, which may come from one of the same pose."""
@@ -166,13 +167,14 @@ def simulate_recording(
 
     Raises:
         InputError: The target is of an unknown type, or lacks a key.
-        UsageError: A fault names a station that is not there.
+        UsageError: A fault names a station that is not there, or bends the target out of sight.
     """
     staging = stage(names or station_names(len(target_T_camera)), faults)
     scene = _scene(rig, staging)
     X, Z = rig.mount_T_camera, rig.reference_T_target
     base_T_gripper = robot_poses(target_T_camera, X, Z, rig.setup)
     camera_T_target = se3.inverse(target_T_camera) @ target_T_moved(staging)
+    require_seen(scene.bow, camera_T_target, extent_of(scene.drawing))
     told = _told(base_T_gripper, rig.noise, staging, np.random.default_rng(seed_of(seed, 0)))
     images = _images(scene, camera_T_target[staging.pictured], staging.names, seed)
     stations = tuple(map(RecordedStation, staging.names, told, images))
@@ -201,11 +203,8 @@ def target_T_moved(staging: Staging) -> FloatArray:
 
 def _scene(rig: Rig, staging: Staging) -> Scene:
     board = targets.build(_printed(rig.target, staging.print_scale))
-    points = board.points()
-    if staging.bow == 0.0:
-        return Scene(rig.camera, points, board.drawing(), rig.appearance)
-    bow = bow_of(points, staging.bow)
-    bent = np.column_stack([points[:, :2], bow.depth(points[:, :2])])
+    bow = bow_of(board.points(), staging.bow)
+    bent = bow.lifted(board.points()[:, :2])
     return Scene(rig.camera, bent, board.drawing(), rig.appearance, bow)
 
 

@@ -13,6 +13,7 @@ from handeye_cli.errors import UsageError
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
+from handeye_cli.simulate.bowed import FLAT, Bow, require_seen
 from handeye_cli.simulate.coverage import View, coverage, look
 from handeye_cli.targets.drawing import Drawing
 
@@ -94,6 +95,7 @@ def paint_target(
     *,
     appearance: Appearance | None = None,
     surroundings: FloatArray | None = None,
+    bow: Bow = FLAT,
 ) -> FloatArray:
     """Return the light of the picture, in grey levels before noise and rounding.
 
@@ -104,17 +106,19 @@ def paint_target(
         appearance: Light, ink and lens.
         surroundings: (height, width) grey levels beside the plate in even light, None for the
             background of the appearance.
+        bow: How the target is bent.
 
     Returns:
         (height, width) grey levels.
 
     Raises:
-        UsageError: Part of the target is behind the camera.
+        UsageError: Part of the target is behind the camera, or bent out of its sight.
         InputError: The distortion leaves pixels without a direction.
     """
     appearance = appearance or Appearance()
-    view = look(camera, camera_T_target, appearance.blur_px)
-    dark = _dark(view, camera_T_target, drawing)
+    require_seen(bow, camera_T_target, extent_of(drawing))
+    view = look(camera, camera_T_target, appearance.blur_px, bow)
+    dark = _dark(view, camera_T_target, drawing, bow)
     around = appearance.background if surroundings is None else surroundings
     light = (
         around
@@ -124,7 +128,7 @@ def paint_target(
     return np.asarray(light * _illumination(camera, appearance.gradient))
 
 
-def _dark(view: View, camera_T_target: FloatArray, drawing: Drawing) -> FloatArray:
+def _dark(view: View, camera_T_target: FloatArray, drawing: Drawing, bow: Bow) -> FloatArray:
     discs, rectangles = drawing.discs, drawing.rectangles
 
     def beyond_the_rim(points: FloatArray, k: IntArray) -> FloatArray:
@@ -134,8 +138,10 @@ def _dark(view: View, camera_T_target: FloatArray, drawing: Drawing) -> FloatArr
     def beyond_the_sides(points: FloatArray, k: IntArray) -> FloatArray:
         return _beyond(points, rectangles[k])
 
-    disc_boxes = _boxes(view.camera, camera_T_target, rims(discs))
-    rectangle_boxes = _boxes(view.camera, camera_T_target, _borders(rectangles))
+    disc_boxes, rectangle_boxes = (
+        _boxes(view.camera, se3.transform_points(camera_T_target, bow.lifted(outlines)))
+        for outlines in (rims(discs), _borders(rectangles))
+    )
     round_part = coverage(view, disc_boxes, beyond_the_rim)
     return round_part + coverage(view, rectangle_boxes, beyond_the_sides)
 
@@ -162,6 +168,14 @@ def _illumination(camera: Camera, gradient: tuple[float, float]) -> FloatArray:
     return 1.0 + across + down[:, None]
 
 
+def extent_of(drawing: Drawing) -> FloatArray:
+    """Return the (2, 2) smallest and largest x, y of the plate, or of its shapes if endless."""
+    if not drawing.endless:
+        return drawing.outline
+    points = np.concatenate([rims(drawing.discs), _borders(drawing.rectangles)]).reshape(-1, 2)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
 def rims(discs: FloatArray) -> FloatArray:
     """Return (n, 64, 2) points on the outlines of (n, 3) discs, in the unit of the discs."""
     angle = 2.0 * np.pi * np.arange(_POINTS) / _POINTS
@@ -179,9 +193,8 @@ def _borders(rectangles: FloatArray) -> FloatArray:
     return np.asarray(first + (last - first) * np.stack([x, y], axis=-1))
 
 
-def _boxes(camera: Camera, camera_T_target: FloatArray, outlines: FloatArray) -> IntArray:
-    """Return the (n, 2, 2) first and last pixels (u, v) around the images of (n, k, 2) outlines."""
-    points = se3.transform_points(camera_T_target, np.pad(outlines, ((0, 0), (0, 0), (0, 1))))
+def _boxes(camera: Camera, points: FloatArray) -> IntArray:
+    """Return the (n, 2, 2) first and last pixels (u, v) around outlines of (n, k, 3) points."""
     nearest = float(points[..., 2].min(initial=np.inf))
     if nearest <= 0.0:
         raise UsageError(

@@ -1,54 +1,48 @@
-"""What a recording was made from: the document that a user of a real one never has."""
+"""What a simulated recording was made from, and what of it is not in the picture."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from handeye_cli.conventions import MM, MRAD
-from handeye_cli.documents.poses import data_from_matrix
-from handeye_cli.records import Finding, Noise
+from handeye_cli.records import Finding, Noise, ProvenanceStep
+from handeye_cli.records.truth import TrueStation, Truth
 from handeye_cli.simulate.faults import Fault
 from handeye_cli.simulate.recording import SimulatedRecording
 
 
-def truth_document(
-    simulated: SimulatedRecording, noise: Noise, faults: Sequence[Fault] = ()
-) -> dict[str, Any]:
-    """Return the true poses, and what stands between them and the recording, as plain data.
+def truth_of(
+    simulated: SimulatedRecording,
+    noise: Noise,
+    faults: Sequence[Fault] = (),
+    provenance: tuple[ProvenanceStep, ...] = (),
+) -> Truth:
+    """Return the true poses, and what stands between them and the recording.
 
     Args:
         simulated: The recording.
         noise: Of its robot.
         faults: What went wrong.
+        provenance: How the recording came about.
     """
-    setup, scene = simulated.recording.setup, simulated.scene
+    appearance = simulated.scene.appearance
     poses = zip(
         simulated.staging.names, simulated.base_T_gripper, simulated.camera_T_target, strict=True
     )
-    return {
-        "seed": simulated.seed,
-        "setup": str(setup),
-        "noise": {
-            "robot_rotation_mrad": (noise.robot_rotation or 0.0) / MRAD,
-            "robot_translation_mm": (noise.robot_translation or 0.0) / MM,
-            "image_grey_levels": scene.appearance.noise,
-        },
-        "blur_px": scene.appearance.blur_px,
-        "faults": [fault.text for fault in faults],
-        setup.answer: data_from_matrix(simulated.mount_T_camera),
-        setup.constant: data_from_matrix(simulated.reference_T_target),
-        "stations": [
-            {
-                "name": name,
-                "base_T_gripper": data_from_matrix(robot),
-                "camera_T_target": data_from_matrix(target),
-            }
-            for name, robot, target in poses
-        ],
-    }
+    return Truth(
+        setup=simulated.recording.setup,
+        mount_T_camera=simulated.mount_T_camera,
+        reference_T_target=simulated.reference_T_target,
+        stations=tuple(TrueStation(name, robot, target) for name, robot, target in poses),
+        seed=simulated.seed,
+        robot_rotation=noise.robot_rotation or 0.0,
+        robot_translation=noise.robot_translation or 0.0,
+        image_noise=appearance.noise,
+        blur_px=appearance.blur_px,
+        faults=tuple(fault.text for fault in faults),
+        provenance=provenance,
+    )
 
 
 def out_of_view(simulated: SimulatedRecording) -> Finding | None:

@@ -50,6 +50,7 @@ def test_step_by_step_and_at_once_give_the_same_answer_near_the_truth(
         exact = pytest.approx(at_once["gripper_T_camera"][key], abs=1e-12)
         assert document["gripper_T_camera"][key] == exact
     assert [step["command"] for step in document["provenance"]] == [
+        "simulate recording",
         "extract",
         "extrinsics",
         "solve",

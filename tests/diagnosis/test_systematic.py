@@ -12,6 +12,7 @@ from handeye_cli.conventions import Setup
 from handeye_cli.diagnosis.systematic import systematic_errors
 from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.geometry import se3, smooth_fields
+from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import FloatArray, Noise, Station, Stations, UncertainPose
 
 NOISE = Noise(5e-4, 1e-4, 3e-4, 1e-4)
@@ -91,6 +92,19 @@ def test_noise_is_not_called_systematic(layout, setup):
     runs = trials(1, 25, 12, nothing, layout=layout, setup=setup)
     assert codes(runs)["robot-systematic"] <= 2
     assert all(each.found.widening == 1.0 for each in runs if not each.found.findings)
+
+
+def level_circle(_, count):
+    """Stations of `plan` above a level plate: the gripper neither rises nor turns about base z."""
+    X, Z = se3.from_parts(np.eye(3), np.array([0.11, -0.12, 0.18])), np.diag([1.0, -1, -1, 1])
+    B = se3.inverse(generate_stations(count, 0.09, np.radians(30.0)))
+    return Scene(Z @ se3.inverse(X @ B), B, X, Z)
+
+
+@pytest.mark.parametrize("count", [12, 18])
+def test_noise_of_a_coordinate_that_hardly_varies_does_not_explain_itself(count):
+    runs = trials(8, 40, count, nothing, layout=level_circle)
+    assert codes(runs)["robot-systematic"] <= 2
 
 
 def test_right_levels_that_are_given_are_left_alone():

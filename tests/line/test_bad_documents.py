@@ -103,8 +103,8 @@ DOCUMENTS = {
         "solve", "stations", COVARIANCE, diagonal(-1e-6), ["found the eigenvalue -1e-06"],
     ),
     "covariance-of-the-robot": (
-        "solve", "stations", (*ROBOT, "covariance"), diagonal(),
-        ["stations[1].base_T_gripper.covariance", "noise: {robot_rotation_mrad"],
+        "solve", "stations", (*ROBOT, "covariance"), diagonal(-1e-6),
+        ["stations[1].base_T_gripper", "found the eigenvalue -1e-06"],
     ),
     "misspelt-key": (
         "solve", "stations", (*SECOND, "camera_T_tagret"), {},

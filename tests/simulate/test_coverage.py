@@ -9,12 +9,13 @@ import pytest
 from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera
+from handeye_cli.simulate.bowed import FLAT, Bow
 from handeye_cli.simulate.coverage import (
     blur_weights,
     half_plane_share,
     interpolated,
     look,
-    plate_points,
+    plate_rays,
 )
 
 DISTORTED = Camera(640, 480, 550.0, 548.0, 322.0, 238.0, (-0.2, 0.06, 0.001, -0.0007, 0.01))
@@ -83,30 +84,36 @@ def test_plate_points_are_where_opencv_projects_from():
         K,
         np.array(DISTORTED.distortion),
     )
-    assert plate_points(DISTORTED, TILTED, pixels[:, 0]) == pytest.approx(plate, abs=1e-12)
+    rays = plate_rays(DISTORTED, TILTED, pixels[:, 0])
+    assert FLAT.met(se3.inverse(TILTED)[:3, 3], rays) == pytest.approx(plate, abs=1e-12)
 
 
-def test_the_map_between_knots_is_the_exact_one():
-    view = look(DISTORTED, TILTED, 0.7)
+@pytest.mark.parametrize("bow", [FLAT, Bow(np.array([0.01, -0.005]), 3.0, -0.002)])
+def test_the_map_between_knots_is_the_exact_one(bow):
+    view = look(DISTORTED, TILTED, 0.7, bow)
     corner = np.array([[0.0, 1.5], [240.0, 247.0], [480.0, 487.25]])
     rows, columns = corner, corner + 0.3 * corner[:, :1]
     u, v = np.broadcast_arrays(columns[:, None, :], rows[:, :, None])
-    exact = plate_points(DISTORTED, TILTED, np.stack([u, v], axis=-1) - view.margin)
+    rays = plate_rays(DISTORTED, TILTED, np.stack([u, v], axis=-1) - view.margin)
+    exact = bow.met(view.origin, rays)
     off = np.linalg.norm(interpolated(view, rows, columns) - exact, axis=-1)
     pixel = view.reach[[0, 30, 60], [0, 39, 78], None, None] / 8
     # the first and the last lie on the image's corner, beyond the outermost knots
     assert np.all(off < [[[3e-5]], [[1e-6]], [[3e-5]]] * pixel)
 
 
-def test_a_block_stays_within_its_reach():
-    view = look(DISTORTED, TILTED, 0.7)
+@pytest.mark.parametrize("slope", [0.0, 3.0, -3.0])
+def test_a_block_stays_within_its_reach(slope):
+    view = look(DISTORTED, TILTED, 0.7, Bow(np.zeros(2), slope, 0.0))
     height, width = view.reach.shape
     edge = np.array([-0.5, 7.5])
     for row in range(0, height, 7):
         across = 8 * np.arange(width)[:, None] + edge
         corners = interpolated(view, np.tile(8 * row + edge, (width, 1)), across)
         off = np.linalg.norm(corners - view.knots[row, :, None, None], axis=-1)
-        assert np.all(off < view.reach[row, :, None, None])
+        # of a bowed plate as far as pictures show it: down to ten degrees from its surface
+        shown = view.bow.sines(view.origin, corners).min(axis=(1, 2)) > 0.17
+        assert np.all((off < view.reach[row, :, None, None])[shown])
 
 
 def test_rays_above_the_horizon_stay_finite():

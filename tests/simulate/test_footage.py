@@ -5,38 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from simulate.small_rig import RIG, taken
 
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UsageError
-from handeye_cli.geometry import rotations, se3
-from handeye_cli.geometry.station_generator import generate_stations
-from handeye_cli.records import Camera, Noise, TargetSpec
-from handeye_cli.simulate.faults import parse
+from handeye_cli.geometry import se3
+from handeye_cli.records import Noise
 from handeye_cli.simulate.footage import START_NS, Footage, Shooting
 from handeye_cli.simulate.motion import SECOND_NS
-from handeye_cli.simulate.recording import Rig, simulate_recording
+from handeye_cli.simulate.recording import Rig
 from handeye_cli.simulate.render import Appearance
 
-PLATE = TargetSpec("disc-grid", {"rows": 2, "columns": 3, "spacing_mm": 5, "diameter_mm": 4})
-RIG = Rig(
-    target=PLATE,
-    camera=Camera(90, 80, 500.0, 500.0, 44.5, 39.5),
-    mount_T_camera=se3.from_parts(
-        rotations.exp(np.array([0.2, -0.3, 1.0])), np.array([0.1, -0.1, 0.15])
-    ),
-    reference_T_target=se3.from_parts(
-        rotations.exp(np.array([3.0, 0.2, 0.1])), np.array([0.5, 0.1, 0.0])
-    ),
-    noise=Noise(robot_rotation=2e-3, robot_translation=5e-4),
-    appearance=Appearance(noise=1.0),
-)
-CENTRE = np.array([0.005, 0.0025, 0.0])
 SHOOTING = Shooting(image_rate=10.0, pose_rate=50.0, pause_ns=SECOND_NS // 2)
 
 
 def filmed(*faults: str, rig: Rig = RIG, shooting: Shooting = SHOOTING, count: int = 4):
-    cameras = generate_stations(count, 0.2, 0.4, CENTRE)
-    simulated = simulate_recording(rig, cameras, 1, faults=[parse(text) for text in faults])
+    simulated = taken(rig, count, faults=faults)
     return simulated, Footage(simulated, shooting)
 
 
