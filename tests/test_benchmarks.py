@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 SMALL = ["--trials", "20", "--planned", "3", "--recordings", "1", "--runs", "1", "--largest", "10"]
 
@@ -19,6 +21,7 @@ def run(*words):
     )
 
 
+@pytest.mark.many_runs
 def test_tables_are_printed_and_written(tmp_path):
     done = run("planning", "solving.accuracy", "startup", *SMALL, "--out", str(tmp_path))
     assert done.returncode == 0, done.stderr

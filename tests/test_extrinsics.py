@@ -22,6 +22,7 @@ def poses_of(stations):
     return np.array([station.camera_T_target.matrix for station in stations.stations])
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 def test_errors_follow_the_covariance(setup):
     rng = np.random.default_rng(3)

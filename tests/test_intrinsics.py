@@ -23,6 +23,7 @@ def calibrated(features):
     return calibrate_intrinsics(features, views_of(features.stations, POINTS))
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("known", [True, False])
 def test_truth_lies_within_the_covariance(known):
     rng = np.random.default_rng(3)

@@ -41,7 +41,7 @@ POINTS = targets.build(BOARD).points()
 ROBOT = (5e-4, 5e-5)
 PRIOR = np.diag([2.0, 2.0, 2.0, 2.0, 3e-3, 6e-3, 3e-4, 3e-4, 0.0]) ** 2
 MANY = 60
-pytestmark = pytest.mark.xdist_group("joint")  # two fixtures of many runs, made once
+pytestmark = [pytest.mark.many_runs, pytest.mark.xdist_group("joint")]  # fixtures are made once
 
 
 def photographed(rng, count=8, *, sigma_px=0.3, camera=WIDE, robot=ROBOT, setup="eye-in-hand"):

@@ -83,6 +83,7 @@ def test_all_errors_together_are_the_fit_to_all_stations(layout, method):
     assert found == pytest.approx(squares, rel=0.02)
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize(
     ("layout", "count", "given", "runs"),
     [(general_scene, 4, True, 200), (general_scene, 8, False, 60)],

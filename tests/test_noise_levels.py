@@ -23,6 +23,7 @@ def model_of(document, given=None):
     return noise_model(chain, given, solution)
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 def test_the_robots_levels_are_found_without_bias(setup):
     rng = np.random.default_rng(3)

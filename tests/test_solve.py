@@ -40,6 +40,7 @@ def assert_predicted(found, perfect, errors):
     assert np.all((share >= 0.88) & (share <= 0.99))
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("given", [True, False])
 def test_the_predicted_error_holds(setup, given):
@@ -53,6 +54,7 @@ def test_the_predicted_error_holds(setup, given):
     )
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("given", [True, False])
 @pytest.mark.parametrize("method", [name for name in solvers.names() if name != solvers.DEFAULT])
@@ -220,6 +222,7 @@ def test_unknown_pairs_are_refused():
         solve(stations(rng, scene(rng, 4), NOISE), pairs="ring")
 
 
+@pytest.mark.many_runs
 def test_the_papers_prediction_stands_above_the_truth():
     """Eq. (29) is 1.2 - 1.4 and (31) 2 - 3.5 times the sampled error at N = 3."""
     rng = np.random.default_rng(97)

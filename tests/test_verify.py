@@ -74,6 +74,7 @@ def test_rows_are_the_papers_steps(method, pairs, setup):
         )
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("method", ["tsai-lenz", "maximum-likelihood"])
 def test_seen_errors_are_the_predicted_ones(setup, method):
@@ -140,6 +141,7 @@ def halves(document, count):
 MOVE = se3.perturb(np.eye(4), np.array([0.03, -0.02, 0.01, 0.02, 0.05, -0.03]))
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize(
     ("given", "target_moved", "setup"),
     [
@@ -247,6 +249,7 @@ def test_intrinsics_that_were_refined_are_those_new_stations_are_seen_through():
     assert row.consistent is True
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize(
     ("setup", "given"), [(Setup.EYE_IN_HAND, True), (Setup.EYE_TO_HAND, False)]
 )

@@ -7,7 +7,6 @@ is checked against its JSON Schema (see `schemas/`) before anything else looks a
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path

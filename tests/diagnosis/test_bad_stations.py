@@ -137,6 +137,7 @@ def test_small_and_many_faults_are_found(fault, level):
         assert told(find_bad_stations(chain)) == expected
 
 
+@pytest.mark.many_runs
 def test_good_recordings_stay_good():
     alarms = []
     for seed in range(75):

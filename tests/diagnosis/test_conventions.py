@@ -276,6 +276,7 @@ def noise_up_to_ten_milliradians(rng):
 LAYOUTS = (scene, driven_circle, general_scene, near_planar, with_half_turns, one_axis)
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("part", range(4))
 def test_good_recordings_raise_no_alarm(part):
     rng = np.random.default_rng([51, part])

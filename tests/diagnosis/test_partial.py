@@ -105,6 +105,7 @@ def squared_distance(error, covariance):
     return (scale * error) @ whitened @ (scale * error)
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize(("kind", "trials"), TRIALS.items())
 def test_the_error_of_the_determined_part_is_as_predicted(kind, trials):
     """Over all trials, half of them of ten times the noise: chi-square, two-sided."""

@@ -86,6 +86,7 @@ def ratios(runs):
     )
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize("layout", [general_scene, scene])
 def test_noise_is_not_called_systematic(layout, setup):
@@ -101,6 +102,7 @@ def level_circle(_, count):
     return Scene(Z @ se3.inverse(X @ B), B, X, Z)
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize("count", [12, 18])
 def test_noise_of_a_coordinate_that_hardly_varies_does_not_explain_itself(count):
     runs = trials(8, 40, count, nothing, layout=level_circle)
@@ -146,6 +148,7 @@ def test_a_target_of_another_size_is_promised_for_as_well():
     assert after[0] < 1.3
 
 
+@pytest.mark.many_runs
 @pytest.mark.parametrize(
     ("count", "length", "layout"), [(16, 0.7, scene), (14, 1.5, general_scene), (40, 1.0, scene)]
 )

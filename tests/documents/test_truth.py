@@ -16,7 +16,6 @@ from documents.test_round_trip import validator_for_editors
 from handeye_cli import documents
 from handeye_cli.conventions import PoseUnits, QuaternionOrder, RobotPoses, Setup
 from handeye_cli.documents import ReadOptions
-from handeye_cli.documents.truth import data_from_record
 from handeye_cli.errors import InputError
 from handeye_cli.records.truth import TrueStation, Truth
 
@@ -38,7 +37,7 @@ RECORDS = {"eye-in-hand": TRUTH, "eye-to-hand": replace(TRUTH, setup=Setup.EYE_T
 
 
 def text_of(record, form="json"):
-    return documents.dump_data(data_from_record(record), form)
+    return documents.dump(record, form)
 
 
 def read(text, options=None):
