@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from handeye_cli import documents
 from handeye_cli.conventions import MIL
-from handeye_cli.documents import schema
+from handeye_cli.documents import layout, schema
 from handeye_cli.documents.units import from_milli, to_milli, with_floats
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
@@ -174,7 +174,7 @@ def test_a_number_that_is_not_finite_is_never_written(records):
 
 @given(st.floats(min_value=0.0, max_value=1e25))
 def test_unit_suffixed_numbers_come_back_to_the_last_bit(value):
-    text = documents.dump_data({"x_mrad": to_milli(value)}, "yaml")
+    text = layout.dump({"x_mrad": to_milli(value)}, "yaml")
     assert from_milli(Decimal(text.split()[1])) == value
 
 
