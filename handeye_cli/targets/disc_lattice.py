@@ -7,16 +7,20 @@ neighbour to neighbour and needs no model of the camera.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.spatial import KDTree
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, inverses
 from handeye_cli.targets.lattice_walk import joined_parts
+
+ComplexArray = NDArray[np.complex128]
 
 _NEAR = (0.72, 1.32)
 """Distance of neighbours over the expected one; sqrt(2) would be the diagonal."""
@@ -35,50 +39,76 @@ _MOST = 3
 """Parts of a lattice that are looked at."""
 
 
-@dataclass(frozen=True)
-class Cells:
+class Cells(NamedTuple):
     """Spots with their places on a lattice.
 
     Attributes:
         members: (m,) indices of the spots.
         places: (m, 2) whole-numbered places; their axes turn as those of the image do.
         homography: (3, 3) from places to pixels, lens distortion aside.
+        settled: Whether spots beside them were looked for that fit as well.
     """
 
     members: IntArray
     places: IntArray
     homography: FloatArray
+    settled: bool
 
 
-def grow(spots: Spots, reach: float, larger: float) -> Iterator[Cells]:
+def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf) -> Iterator[Cells]:
     """Yield the parts of a lattice that spots lie on, the largest first.
+
+    A part that may be enough as it is comes unsettled, and once more when that is refused.
 
     Args:
         spots: What may be discs.
         reach: Distance of neighbours in radii of a disc.
         larger: Radius of the largest disc in radii of the others.
+        enough: Number of spots from which on a part may be enough.
     """
     if len(spots) < 4:
         return
     parts = joined_parts(_neighbours(spots, reach))
-    for part in parts[:_MOST]:
-        cells = _settled(spots, part, reach, larger)
+    for members, places in parts[:_MOST]:
+        back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
+        part = members[fitting], places[fitting]
+        cells = _cells(part, back, settled=False) if len(part[0]) >= enough else None
+        if cells is not None:
+            yield cells
+        cells = _settled(spots, part, back, reach, larger)
         if cells is not None:
             yield cells
 
 
 def _neighbours(spots: Spots, reach: float) -> IntArray:
     """Return the (n, 4) neighbours in the directions of each spot's own cross, -1 for none."""
-    here, there, apart = _pairs(spots.centres)
-    seen = mapped_back(spots.shapes[here], apart)
-    distance = np.hypot(seen[:, 0], seen[:, 1]) / reach
-    near = np.flatnonzero((distance > _NEAR[0]) & (distance < _NEAR[1]))
-    near = near[_answers(spots, here[near], there[near], apart[near], reach)]
-    here, there, distance = here[near], there[near], distance[near]
-    towards = (seen[near, 0] + 1j * seen[near, 1]) / (reach * distance)
+    others = _others(spots.centres)
+    apart = spots.centres[others] - spots.centres[:, None]
+    to_pitches = inverses(reach * spots.shapes)
+    towards, near = _seen(to_pitches, apart)
+    here, there, towards, apart = near.nonzero()[0], others[near], towards[near], apart[near]
+    # a neighbour is of like size and sees the spot as its neighbour, too
+    areas = determinants(spots.shapes)
+    ratio = areas[there] / areas[here]
+    mutual = _seen(to_pitches[there], apart[:, None])[1][:, 0]
+    mutual &= (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE)
+    return _table(len(areas), here[mutual], there[mutual], towards[mutual])
+
+
+def _table(count: int, here: IntArray, there: IntArray, towards: ComplexArray) -> IntArray:
+    """Return the (n, 4) neighbours along the cross that turns best to all neighbours of a spot.
+
+    Args:
+        count: Number n of spots.
+        here: (m,) spots.
+        there: (m,) their neighbours.
+        towards: (m,) where these are, x + iy in pitches.
+    """
+    distance = np.abs(towards)
+    towards = towards / distance
     # the fourth power is the same for all four directions of a cross
     fourth = (towards * towards) ** 2
-    sums = (np.bincount(here, part, len(spots)) for part in (fourth.imag, fourth.real))
+    sums = (np.bincount(here, part, count) for part in (fourth.imag, fourth.real))
     towards *= np.exp(-0.25j * np.arctan2(*sums))[here]
     along, across = np.abs(towards.real), np.abs(towards.imag)
     level, off = along > across, np.minimum(along, across)
@@ -87,49 +117,58 @@ def _neighbours(spots: Spots, reach: float) -> IntArray:
     # of several in one direction, the last one stays
     order = np.argsort(-np.abs(distance - 1.0) - off, kind="stable")
     order = order[off[order] < _TURN]
-    found = np.full((len(spots), 4), -1)
+    found = np.full((count, 4), -1)
     found[here[order], direction[order]] = there[order]
     return found
 
 
-def _pairs(centres: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return (m,) spots, (m,) others around each, and the (m, 2) ways to them, pixels."""
+def _others(centres: FloatArray) -> IntArray:
+    """Return the (n, k) nearest other spots of each spot."""
     count = min(_AROUND, len(centres) - 1)
-    there = KDTree(centres).query(centres, k=count + 1)[1][:, 1:].ravel()
-    here = np.repeat(np.arange(len(centres)), count)
-    return here, there, centres[there] - centres[here]
+    tree = cKDTree(centres, compact_nodes=False, balanced_tree=False)
+    return np.asarray(tree.query(centres, k=count + 1)[1][:, 1:])
 
 
-def _answers(
-    spots: Spots, here: IntArray, there: IntArray, apart: FloatArray, reach: float
-) -> BoolArray:
-    """Say which (m,) others are of like size and see the spots as neighbours, too."""
-    shapes = spots.shapes[there]
-    back = np.hypot(*mapped_back(shapes, apart).T) / reach
-    ratio = np.abs(determinants(shapes) / determinants(spots.shapes)[here])
-    near = (back > _NEAR[0]) & (back < _NEAR[1])
-    return np.asarray(near & (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE))
+def _seen(to_pitches: FloatArray, apart: FloatArray) -> tuple[ComplexArray, BoolArray]:
+    """Return where spots see others, x + iy in pitches, and whether at a neighbour's distance.
+
+    Args:
+        to_pitches: (n, 2, 2) maps of pixels to the coordinates in which a disc is a circle.
+        apart: (n, k, 2) ways to the others, pixels.
+    """
+    towards = (apart @ to_pitches.transpose(0, 2, 1)).view(np.complex128)[..., 0]
+    distance = np.abs(towards)
+    return towards, np.asarray((distance > _NEAR[0]) & (distance < _NEAR[1]))
 
 
 def _settled(
-    spots: Spots, part: tuple[IntArray, IntArray], reach: float, larger: float
+    spots: Spots,
+    part: tuple[IntArray, IntArray],
+    back: FloatArray | None,
+    reach: float,
+    larger: float,
 ) -> Cells | None:
     """Return a part without what does not fit a plane, and with all spots beside it that do."""
     members, places = part
-    back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
-    members, places = members[fitting], places[fitting]
     for _ in range(_ROUNDS):
         if back is None or _in_line(places):
             return None
         found = _fitting(spots, back, (members, places), reach, larger)
-        same = np.array_equal(np.sort(found[0]), np.sort(members))
+        same = set(found[0].tolist()) == set(members.tolist())
         members, places = found
         if same:
             break
         back, _ = _plane(spots.centres[members], places)
+    return _cells((members, places), back, settled=True)
+
+
+def _cells(
+    part: tuple[IntArray, IntArray], back: FloatArray | None, *, settled: bool
+) -> Cells | None:
+    """Return a part with the inverse of the (3, 3) homography from pixels, if there is one."""
     if back is None or abs(np.linalg.det(back)) < 1e-12:
         return None
-    return Cells(members, places, np.asarray(np.linalg.inv(back), dtype=np.float64))
+    return Cells(*part, np.asarray(np.linalg.inv(back), dtype=np.float64), settled)
 
 
 def _in_line(places: IntArray) -> bool:
@@ -172,12 +211,14 @@ def _fitting(
     scale = np.abs(np.linalg.det(back)) / np.where(front, depth, 1.0) ** 3
     size = reach * np.sqrt(determinants(spots.shapes) * scale)
     fits = front & (off < _ASTRAY) & (size > _SIZES[0]) & (size < _SIZES[1] * larger)
-    chosen = np.flatnonzero(fits & _beside(place, known[1]))
-    chosen = chosen[np.argsort(off[chosen], kind="stable")]
+    chosen = np.flatnonzero(fits)
+    chosen = chosen[_beside(place[chosen], known[1])]
     # one spot for each place, the nearest
-    span = np.ptp(known[1][:, 1]) + 3
-    _, first = np.unique(place[chosen] @ [span, 1], return_index=True)
-    return chosen[first], place[chosen[first]]
+    chosen = chosen[np.lexsort((off[chosen], *place[chosen].T))]
+    place = place[chosen]
+    first = np.ones(len(chosen), dtype=np.bool_)
+    first[1:] = np.any(place[1:] != place[:-1], axis=1)
+    return chosen[first], place[first]
 
 
 def _beside(places: IntArray, known: IntArray) -> BoolArray:

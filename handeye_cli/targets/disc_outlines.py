@@ -7,7 +7,7 @@ disc. The first harmonics of the edge's distance correct the middle, the others 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -22,7 +22,7 @@ _INK = 0.5
 """Where the ink is sampled, in radii."""
 _PAPER = (1.15, 1.5)
 """Where the paper is sampled, in radii: half way to the next disc, but within these limits."""
-_NARROWEST = 0.1
+_NARROWEST = 0.15
 """Half of the band around an expected edge, at least, in radii."""
 _FAINTEST = 8.0
 """Grey levels between ink and paper along a ray that count as an edge."""
@@ -51,8 +51,7 @@ _WEIGHTS = (_HARMONICS / np.sum(_HARMONICS**2, axis=1, keepdims=True)).T
 SingleArray = NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class Outlines:
+class Outlines(NamedTuple):
     """Discs as ellipses in an image.
 
     Attributes:
@@ -93,7 +92,7 @@ def measure(
         known: (n,) discs whose edges are known up to a doubt.
         doubt: Pixels.
     """
-    paper = float(np.clip(0.5 * reach, *_PAPER))
+    paper = min(max(0.5 * reach, _PAPER[0]), _PAPER[1])
     within = inside(centres, shapes, image.shape)
     start = rough = Outlines(
         centres, shapes, within, within, np.zeros(len(centres)), within, within
@@ -101,11 +100,12 @@ def measure(
     if not np.all(known):
         rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
     radius = np.sqrt(np.abs(determinants(rough.shapes)))
-    band = np.clip(doubt / radius, _NARROWEST, 1.0 - _INK)
+    band = np.minimum(np.maximum(doubt / radius, _NARROWEST), 1.0 - _INK)
     fine = _corrected(image, rough, band, paper)
-    moved = np.hypot(*mapped_back(shapes, fine.centres - centres).T)
-    growth = np.sqrt(np.abs(determinants(fine.shapes) / determinants(shapes)))
-    near = (moved < _MOVED) & (growth < _GROWN) & (growth > 1.0 / _GROWN)
+    moved = mapped_back(shapes, fine.centres - centres)
+    grown = np.abs(determinants(fine.shapes) / determinants(shapes))
+    near = np.hypot(moved[:, 0], moved[:, 1]) < _MOVED
+    near &= (grown < _GROWN**2) & (grown > _GROWN**-2)
     sure = fine.sure & near
     whole = np.where(sure, within & inside(fine.centres, fine.shapes, image.shape), within)
     sure &= whole
@@ -131,10 +131,10 @@ def inside(centres: FloatArray, shapes: FloatArray, size: tuple[int, ...]) -> Bo
         shapes: (n, 2, 2) maps from the unit circle to the ellipses.
         size: Height and width.
     """
-    extent = np.linalg.norm(shapes, axis=2)
+    extent = np.hypot(shapes[..., 0], shapes[..., 1])
     last = np.array(size[::-1]) - 1
     within = (centres - extent > _MARGIN) & (centres + extent < last - _MARGIN)
-    return np.asarray(np.all(within, axis=1))
+    return np.asarray(within[:, 0] & within[:, 1])
 
 
 def _points(outlines: Outlines, radii: FloatArray) -> SingleArray:
@@ -162,13 +162,14 @@ def _corrected(image: GreyImage, outlines: Outlines, band: FloatArray, paper: fl
     levels = _sampled(image, _points(outlines, radii))
     light = levels[-1]
     contrast = light - levels[0]
-    darkness = np.clip((light - levels[1:-1]) / np.maximum(contrast, 1.0), 0.0, 1.0)
+    darkness = (light - levels[1:-1]) / np.maximum(contrast, 1.0)
+    darkness = np.minimum(np.maximum(darkness, 0.0), 1.0)
     # of an edge from 1 to 0, the mean says where it is; the outer samples stand for half a step
     share = (darkness.sum(axis=0) - 0.5 * (darkness[0] + darkness[-1])) / (_SAMPLES - 1)
     edge = first[:, None] + (last - first)[:, None] * share
-    even = np.min(contrast, axis=1) > _EVEN * np.max(contrast, axis=1)
-    fitted = _fitted(outlines, edge, np.mean(contrast > _FAINTEST, axis=1))
-    return replace(fitted, even=np.asarray(even))
+    even = contrast.min(axis=1) > _EVEN * contrast.max(axis=1)
+    fitted = _fitted(outlines, edge, np.count_nonzero(contrast > _FAINTEST, axis=1) / _RAYS)
+    return fitted._replace(even=np.asarray(even))
 
 
 def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines:
@@ -177,14 +178,14 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
     `edged` is the (n,) share of the rays that have an edge.
     """
     terms = edge @ _WEIGHTS
-    ragged = np.sqrt(np.mean((edge - terms @ _HARMONICS) ** 2, axis=1))
+    misses = edge - terms @ _HARMONICS
+    ragged = np.sqrt(np.sum(misses * misses, axis=1) / _RAYS)
     size, across = terms[:, 0], terms[:, 4]
     stretch = np.empty((len(terms), 2, 2))
     stretch[:, 0, 1] = stretch[:, 1, 0] = across
     stretch[:, 0, 0], stretch[:, 1, 1] = size + terms[:, 3], size - terms[:, 3]
     shift = outlines.shapes @ terms[:, 1:3, None]
-    return replace(
-        outlines,
+    return outlines._replace(
         centres=outlines.centres + shift[..., 0],
         shapes=outlines.shapes @ stretch,
         seen=np.asarray(edged >= _PARTLY),

@@ -15,10 +15,12 @@ BoolArray = NDArray[np.bool_]
 
 _MOST = 5000
 """Outlines are measured up to this number, the longest ones."""
-_CUT = 1.5
-"""Pixels that a depth of 1 would cut off the rim of a spot."""
+_ACROSS = 8
+"""Places across the window at which the light around is told."""
 _FAINT = (0.95, 4.0)
 """A dark pixel is below this share of the light around, and below it by so many levels."""
+_CUT = 1.5
+"""Pixels of the camera, or means of several, that a depth of 1 would cut off the rim of a spot."""
 _FEWEST = 6
 """Corners of the outline of the smallest spot."""
 _LONGEST = 6
@@ -48,8 +50,8 @@ class Spots:
     def __len__(self) -> int:
         return len(self.centres)
 
-    def scaled(self, factor: int) -> Spots:
-        """Return the spots in the image whose blocks of factor x factor pixels were averaged."""
+    def scaled(self, factor: float) -> Spots:
+        """Return the spots in the image of which factor x factor pixels make one of this one's."""
         return Spots(self.centres * factor + (factor - 1) / 2, self.shapes * factor)
 
     @property
@@ -58,7 +60,7 @@ class Spots:
         return np.asarray(2.0 * np.sqrt(determinants(self.shapes)))
 
 
-def find_spots(image: GreyImage, window: int, depth: float) -> Spots:
+def find_spots(image: GreyImage, window: int, depth: float, *, enlarged: float = 1.0) -> Spots:
     """Return the dark spots that look like discs and do not touch the image's edge.
 
     Args:
@@ -67,12 +69,13 @@ def find_spots(image: GreyImage, window: int, depth: float) -> Spots:
             up to about this width.
         depth: How far below that mean a dark pixel is at least, 0, or towards the darkest pixel of
             the square, 1; then narrow gaps between discs stay open.
+        enlarged: Pixels of this image along one of the camera's, across which edges are blurred.
     """
     area, centres, spread = moments(_outlines(_dark(image, window, depth), _LONGEST * window))
     chosen = (area > _SMALLEST) & _elliptic(area, spread)
     centres, spread = centres[chosen], spread[chosen]
     # the outline runs through the middles of the outermost pixels, half a pixel inside
-    shapes = 2.0 * _square_root(spread) + (0.5 + _CUT * depth) * np.eye(2)
+    shapes = 2.0 * _square_root(spread) + (0.5 + _CUT * depth * enlarged) * np.eye(2)
     chosen = _inside(centres, shapes, image.shape)
     return Spots(centres[chosen], shapes[chosen])
 
@@ -81,6 +84,15 @@ def determinants(matrices: FloatArray) -> FloatArray:
     """Return the (...) determinants of (..., 2, 2) matrices, faster than by factorising them."""
     product = matrices[..., 0, 0] * matrices[..., 1, 1]
     return np.asarray(product - matrices[..., 0, 1] * matrices[..., 1, 0])
+
+
+def inverses(matrices: FloatArray) -> FloatArray:
+    """Return the inverses of (..., 2, 2) matrices, faster than by factorising them."""
+    inverse = np.empty(matrices.shape)
+    inverse[..., 0, 0], inverse[..., 1, 1] = matrices[..., 1, 1], matrices[..., 0, 0]
+    inverse[..., 0, 1], inverse[..., 1, 0] = -matrices[..., 0, 1], -matrices[..., 1, 0]
+    inverse /= determinants(matrices)[..., None, None]
+    return inverse
 
 
 def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -98,25 +110,25 @@ def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def _dark(image: GreyImage, window: int, depth: float) -> GreyImage:
     """Return the mask of the pixels that are darker than what is around them."""
-    smooth = cv2.GaussianBlur(image, (3, 3), 0.7)
-    # what is around changes slowly, so that every second pixel is enough to tell it
+    # what is around changes slowly, so that some pixels across the window are enough to tell it
     rows, columns = image.shape
-    half = cv2.resize(smooth, (max(1, columns // 2), max(1, rows // 2)))
-    size = (window // 2 | 1, window // 2 | 1)
-    limit = cv2.blur(half, size)
-    darkest = cv2.erode(half, np.ones(size, dtype=np.uint8)) if depth > 0.0 else limit
+    step = max(1, window // _ACROSS)
+    few = cv2.resize(image, (max(1, columns // step), max(1, rows // step)))
+    size = (window // step | 1, window // step | 1)
+    limit = cv2.blur(few, size)
+    darkest = cv2.erode(few, np.ones(size, dtype=np.uint8)) if depth > 0.0 else limit
     share, levels = _FAINT
     limit = cv2.addWeighted(limit, share * (1.0 - depth), darkest, share * depth, -levels)
-    mask = cv2.compare(smooth, cv2.resize(limit, (columns, rows)), cv2.CMP_LT)
+    mask = cv2.compare(image, cv2.resize(limit, (columns, rows)), cv2.CMP_LT)
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK), dtype=np.uint8)
 
 
 def _outlines(mask: GreyImage, longest: int) -> list[IntArray]:
-    """Return the outlines, as few corners, of a mask's parts and of their holes.
+    """Return the outlines, by the ends of rows, of a mask's parts and of their holes.
 
     They have at most `longest` corners, and of too many the longest are taken.
     """
-    outlines: Any = cv2.findContours(mask, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)[0]
+    outlines: Any = cv2.findContoursLinkRuns(mask)[0]
     outlines = [each for each in outlines if _FEWEST <= len(each) <= longest]
     return outlines if len(outlines) <= _MOST else sorted(outlines, key=len)[-_MOST:]
 
@@ -130,24 +142,33 @@ def moments(outlines: list[IntArray]) -> tuple[FloatArray, FloatArray, FloatArra
         return np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
     lengths = np.fromiter(map(len, outlines), dtype=np.int64, count=len(outlines))
     starts = np.cumsum(lengths) - lengths
-    points = np.concatenate(outlines)[:, 0].T.astype(np.float64)
-    origins = points[:, starts]
-    x, y = points - np.repeat(origins, lengths, axis=1)
-    u, v = np.roll(x, -1), np.roll(y, -1)
-    # each outline starts at its own origin and returns to it
-    u[starts - 1] = v[starts - 1] = 0.0
-    cross = x * v - u * y
-    p, q = x + u, y + v
+    # x + iy, from where each outline starts and to where it returns
+    here = np.concatenate(outlines).astype(np.float64).view(np.complex128).ravel()
+    origins = here[starts]
+    here -= np.repeat(origins, lengths)
+    there = np.empty_like(here)
+    there[:-1] = here[1:]
+    there[starts - 1] = 0.0
     # sums over the triangles from the origin to each side, by Green's theorem
-    terms = np.stack([cross, p * cross, q * cross,
-                      (p * p - x * u) * cross, (p * q + x * y + u * v) * cross,
-                      (q * q - y * v) * cross])  # fmt: skip
-    scale = np.array([[2.0], [6.0], [6.0], [12.0], [24.0], [12.0]])
-    area, *rest = np.add.reduceat(terms, starts, axis=1) / scale
-    mx, my, xx, xy, yy = np.stack(rest) / np.where(area == 0.0, np.inf, area)
-    spread = np.stack([xx - mx * mx, xy - mx * my, xy - mx * my, yy - my * my], axis=-1)
-    # rows grow downwards, in which sense OpenCV turns around what is dark
-    return -area, (origins + np.stack([mx, my])).T, spread.reshape(-1, 2, 2)
+    product, total = here.conj() * there, here + there
+    cross = product.imag
+    terms = np.empty((3, len(here)), dtype=np.complex128)
+    terms[0].real = cross
+    terms[0].imag = (total.real**2 + total.imag**2 - product.real) * cross
+    terms[1] = total * cross
+    terms[2] = (total * total - here * there) * cross
+    first, middle, square = np.add.reduceat(terms, starts, axis=1)
+    area = first.real / 2.0
+    scale = 1.0 / np.where(area == 0.0, np.inf, area)
+    middle *= scale / 6.0
+    # mean squares of x + iy and of its length
+    square = square * (scale / 12.0) - middle * middle
+    length = first.imag * (scale / 12.0) - np.abs(middle) ** 2
+    spread = np.empty((len(area), 2, 2))
+    spread[:, 0, 0], spread[:, 1, 1] = length + square.real, length - square.real
+    spread[:, 0, 1] = spread[:, 1, 0] = square.imag
+    spread *= 0.5
+    return area, (origins + middle).view(np.float64).reshape(-1, 2), spread
 
 
 def _elliptic(area: FloatArray, spread: FloatArray) -> BoolArray:
@@ -160,14 +181,14 @@ def _elliptic(area: FloatArray, spread: FloatArray) -> BoolArray:
 
 
 def _inside(centres: FloatArray, shapes: FloatArray, size: tuple[int, ...]) -> BoolArray:
-    reach = np.linalg.norm(shapes, axis=2)
-    limit = np.array(size[::-1]) - 0.5
-    inside = (centres - reach > 0.0) & (centres + reach < limit - 0.5)
-    return np.asarray(np.all(inside, axis=1))
+    reach = np.hypot(shapes[..., 0], shapes[..., 1])
+    inside = (centres > reach) & (centres + reach < [size[1] - 1.0, size[0] - 1.0])
+    return np.asarray(inside[:, 0] & inside[:, 1])
 
 
 def _square_root(matrices: FloatArray) -> FloatArray:
     """Return the symmetric square roots of (n, 2, 2) symmetric positive matrices."""
-    root = np.sqrt(np.maximum(determinants(matrices), 0.0))[:, None, None]
-    trace = (matrices[:, 0, 0] + matrices[:, 1, 1])[:, None, None]
-    return np.asarray((matrices + root * np.eye(2)) / np.sqrt(np.maximum(trace + 2 * root, 1e-12)))
+    root = np.sqrt(np.maximum(determinants(matrices), 0.0))
+    trace = matrices[:, 0, 0] + matrices[:, 1, 1]
+    scale = np.sqrt(np.maximum(trace + 2.0 * root, 1e-12))
+    return np.asarray((matrices + root[:, None, None] * np.eye(2)) / scale[:, None, None])

@@ -10,20 +10,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
+from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import disc_outlines, disc_reasons
 from handeye_cli.targets.board import Detection
+from handeye_cli.targets.disc_ladder import Step, ladder, spots_of
 from handeye_cli.targets.disc_lattice import Cells, grow
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, find_spots, mapped_back
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
 from handeye_cli.targets.disc_window import windows
 
-_SIDE = 800
-"""Pixels of the longer side of the image the discs are sought in first, at most."""
-_MEDIUM, _SMALL, _LARGE = (45, 0.2), (23, 0.4), (161, 0.0)
-"""Ways to tell dark from light: window, pixels, and depth."""
 _DOUBT = 1.25
 """Pixels by which the edge of a spot may be off, of the image and of that it was found in each."""
 _ABSENT = 0.4
@@ -33,6 +30,8 @@ _MISFIT = 0.35
 """A grid is refused when a disc is off by more pitches; lens distortion bends it less."""
 _ODD = 0.17
 """Pitches by which a disc may be off its place more than its neighbours are."""
+_LOOSE = 0.05
+"""The same in the median: up to 0.03 on small plates in noise, from 0.06 where chance set spots."""
 _MOVED = 0.06
 """The same beyond which a disc on the edge of a shadow is taken to be where its neighbours say."""
 _SURE = 0.7
@@ -70,18 +69,6 @@ class Pattern:
         square = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
         np.fill_diagonal(square, np.inf)
         return np.asarray(1.0 / square**2)
-
-
-class _Step(NamedTuple):
-    """A way to seek discs: in an image reduced by a factor, dark or light ones.
-
-    Window and depth are those of `find_spots`.
-    """
-
-    factor: int
-    window: int
-    depth: float
-    light: bool
 
 
 @dataclass(frozen=True)
@@ -125,12 +112,25 @@ class _Expected(NamedTuple):
     jacobian: FloatArray
 
 
+class _Miss(NamedTuple):
+    """How a lattice of spots misses the declared grid.
+
+    Attributes:
+        covered: Most spots that lie at places of the grid.
+        boxes: (n, 2, 2) least and largest x and y of the grid's discs, pixels, for each way in
+            which it covers so many.
+    """
+
+    covered: int
+    boxes: list[FloatArray]
+
+
 class _Search(NamedTuple):
     """What is sought in which image, and in what way."""
 
     grey: GreyImage
     pattern: Pattern
-    step: _Step
+    step: Step
 
 
 def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
@@ -141,56 +141,28 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
         pattern: What is sought.
     """
     attempts = disc_reasons.Attempts(len(pattern.lattice), pattern.name)
-    for step in _ladder(grey.shape):
-        image = reduced(grey, step.factor)
-        spots = find_spots(255 - image if step.light else image, step.window, step.depth)
-        spots = spots.scaled(step.factor)
-        attempts.saw(spots.widths)
-        for part in grow(spots, pattern.reach, pattern.larger):
-            found = _arranged(_Search(grey, pattern, step), spots, part, attempts)
-            if found is not None:
+    for step in ladder(grey.shape):
+        spots = spots_of(grey, step)
+        misses = []
+        for part in grow(spots, pattern.reach, pattern.larger, enough=len(pattern.lattice)):
+            found = _arranged(_Search(grey, pattern, step), spots, part)
+            if isinstance(found, Discs):
                 return found
+            misses.append(found)
+        attempts.saw(spots.widths)
+        for covered, boxes in misses:
+            attempts.fitted(covered, boxes, grey.shape)
     return attempts.reason(grey)
 
 
-def _ladder(size: tuple[int, ...]) -> list[_Step]:
-    """Return the ways to seek discs in an image of some size, the likely and quick ones first.
-
-    An image at its full size is looked at last, and serves small discs only.
-    """
-    coarse = max(1, min(-(-max(size) // _SIDE), *size))
-    fine = -(-coarse // 2)
-    likely = [(coarse, *_MEDIUM), (fine, *_SMALL)]
-    rest = [(coarse, *_LARGE), (coarse, *_SMALL), (1, *_SMALL)]
-    steps = [
-        _Step(*way, light) for ways in (likely, rest) for light in (False, True) for way in ways
-    ]
-    return list(dict.fromkeys(steps))
-
-
-def reduced(grey: GreyImage, factor: int) -> GreyImage:
-    """Return an image whose pixels are the means of factor x factor pixels."""
-    rows, columns = (size // factor for size in grey.shape)
-    image = grey[: rows * factor, : columns * factor]
-    # halving has a fast path of its own
-    while factor % 2 == 0:
-        factor //= 2
-        size = (columns * factor, rows * factor)
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    if factor > 1:
-        small = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA)
-        return np.asarray(small, dtype=np.uint8)
-    return image
-
-
-def _arranged(
-    search: _Search, spots: Spots, part: Cells, attempts: disc_reasons.Attempts
-) -> Discs | None:
+def _arranged(search: _Search, spots: Spots, part: Cells) -> Discs | _Miss:
     """Return the discs of a part of a lattice, measured, if they are the declared ones."""
     pattern = search.pattern
     candidates, covered = windows(pattern.places, part.places)
     found = []
-    if covered < len(pattern.places) or len(candidates) == 1:
+    # of several places for a whole grid none is right; spots beside the part may complete another
+    likely = len(candidates) == 1 if covered == len(pattern.places) else part.settled
+    if likely:
         for places in candidates[:_MOST_WINDOWS]:
             discs = _measured(search, _expected(places, pattern, spots, part))
             if discs is not None:
@@ -198,8 +170,7 @@ def _arranged(
     if len(found) == 1:
         return found[0]
     boxes = [_boxes(places, part.homography, pattern.reach) for places in candidates]
-    attempts.fitted(covered, boxes, search.grey.shape)
-    return None
+    return _Miss(covered, boxes)
 
 
 def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> _Expected:
@@ -226,7 +197,7 @@ def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> 
 def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray:
     """Return the (n, 2, 2) least and largest x and y of discs at places."""
     centres, jacobian = _projected(homography, places)
-    extent = np.linalg.norm(jacobian, axis=2) / reach
+    extent = np.hypot(jacobian[..., 0], jacobian[..., 1]) / reach
     return np.stack([centres - extent, centres + extent], axis=1)
 
 
@@ -241,7 +212,8 @@ def _smooth(closeness: FloatArray, off: FloatArray, known: BoolArray) -> FloatAr
 
 def _pitches(jacobian: FloatArray, off: FloatArray) -> FloatArray:
     """Return the (n,) lengths of offsets in pixels as pitches of the lattice there."""
-    return np.asarray(np.hypot(*mapped_back(jacobian, off).T))
+    places = mapped_back(jacobian, off)
+    return np.asarray(np.hypot(places[..., 0], places[..., 1]))
 
 
 def _projected(homography: FloatArray, places: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -277,11 +249,12 @@ def _measured(search: _Search, expected: _Expected) -> Discs | None:
     whole, sure = outlines.whole, outlines.sure
     if not np.all(outlines.seen) or np.sum(sure) < max(4, _SURE * np.sum(whole)):
         return None
-    if np.median(outlines.ragged[sure]) > _ANGULAR:
+    if typical(outlines.ragged[sure]) > _ANGULAR:
         return None
     off = outlines.centres - expected.seats
-    odd = _pitches(expected.jacobian, off - _smooth(pattern.closeness, off, sure))
-    if np.any(odd[sure] > _ODD) or np.any(_pitches(expected.jacobian, off)[sure] > _MISFIT):
+    alone = off - _smooth(pattern.closeness, off, sure)
+    odd, misfit = _pitches(expected.jacobian, np.stack([alone, off]))
+    if odd[sure].max() > _ODD or typical(odd[sure]) > _LOOSE or misfit[sure].max() > _MISFIT:
         return None
     # the edge of a shadow moves the outline of a disc: its neighbours tell better where it is
     moved = ~sure | (~outlines.even & (odd > _MOVED))

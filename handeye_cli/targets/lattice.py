@@ -8,6 +8,7 @@ here list the orders that are possible.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,15 +18,21 @@ _QUARTER = np.array([[0, -1], [1, 0]])
 _MIRROR = np.array([[-1, 0], [0, 1]])
 
 
+@lru_cache(maxsize=64)
 def grid(columns: int, rows: int) -> IntArray:
-    """Return the (rows * columns, 2) lattice of a rectangular grid, row by row."""
+    """Return the (rows * columns, 2) lattice of a rectangular grid, row by row; read-only."""
     row, column = np.divmod(np.arange(rows * columns, dtype=np.int64), columns)
-    return 2 * np.stack([column, row], axis=1)
+    places = 2 * np.stack([column, row], axis=1)
+    places.setflags(write=False)
+    return places
 
 
 def flat_points(positions: IntArray | FloatArray, unit: float) -> FloatArray:
     """Return (n, 2) positions in multiples of `unit` as (n, 3) points at z = 0."""
-    return np.pad(np.asarray(positions, dtype=np.float64) * unit, ((0, 0), (0, 1)))
+    points = np.zeros((len(positions), 3))
+    points[:, :2] = positions
+    points *= unit
+    return points
 
 
 def symmetries(
@@ -80,11 +87,20 @@ def right_handed(lattice: IntArray, pixels: FloatArray) -> tuple[IntArray, ...]:
         (n,) orders o, so that `pixels[o]` are points 0, 1, ...; none when the pixels are mirrored
         and the lattice has no mirror symmetry.
     """
-    moment = (lattice - lattice.mean(axis=0)).T @ (pixels - pixels.mean(axis=0))
-    return symmetries(lattice, mirrored=bool(np.linalg.det(moment) < 0))
+    (a, b), (c, d) = ((lattice - lattice.mean(axis=0)).T @ pixels).tolist()
+    return _orders(np.ascontiguousarray(lattice, dtype=np.int64).tobytes(), a * d < b * c)
+
+
+@lru_cache(maxsize=64)
+def _orders(lattice: bytes, mirrored: bool) -> tuple[IntArray, ...]:
+    """Return the symmetries of a lattice, which every image of a recording asks for."""
+    orders = symmetries(np.frombuffer(lattice, np.int64).reshape(-1, 2), mirrored=mirrored)
+    for order in orders:
+        order.setflags(write=False)
+    return orders
 
 
 def first_in_image(pixels: FloatArray, orders: Sequence[IntArray]) -> IntArray:
     """Return the order whose point 0 is nearest to the top left of the image."""
-    starts = np.array([pixels[order[0]].sum() for order in orders])
-    return orders[int(np.argmin(starts))]
+    starts = pixels[[order[0] for order in orders]].sum(axis=1)
+    return orders[int(starts.argmin())]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from handeye_cli.geometry import pnp
@@ -24,7 +25,6 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     Returns:
         A function of (..., 2) points of the plane, metres, that gives their (..., 2) pixels.
     """
-    mask = np.ones(len(plate), dtype=bool)
     directions = (
         None
         if camera is None
@@ -32,11 +32,23 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     )
     # A lens that leaves pixels without a direction cannot be right: as good as none.
     if camera is None or directions is None or not np.all(np.isfinite(directions)):
-        H = pnp.homography(plate, pixels, mask)
+        H = _homography(plate, pixels)
         return _bent(H, plate, pixels) if len(plate) >= _ENOUGH else lambda p: _projective(H, p)
-    H, parameters, model = pnp.homography(plate, directions, mask), camera.parameters, camera.model
+    H, parameters, model = _homography(plate, directions), camera.parameters, camera.model
     focal, middle, distortion = parameters[:2], parameters[2:4], parameters[4:]
     return lambda p: bend(_projective(H, p), distortion, model) * focal + middle
+
+
+def _homography(plate: FloatArray, image: FloatArray) -> FloatArray:
+    """Return the (3, 3) map from a plane to an image that fits points best.
+
+    For one view OpenCV takes a third of the time of the batched kernel, which has an answer for
+    pixels on one line, too; its single precision is worth 1e-4 px.
+    """
+    found, _ = cv2.findHomography(plate, image)
+    if np.shape(found) == (3, 3):
+        return np.asarray(found, dtype=np.float64)
+    return pnp.homography(plate, image, np.ones(len(plate), dtype=bool))
 
 
 def _bent(H: FloatArray, plate: FloatArray, pixels: FloatArray) -> PlateToPixel:

@@ -61,13 +61,13 @@ def test_a_fault_of_the_sensor_does_not_make_an_image_of_something():
 
 
 @pytest.mark.parametrize("inverted", [False, True])
-@pytest.mark.parametrize("width", [3.0, 4.0])
-def test_tiny_discs_are_too_small_and_not_absent(width, inverted):
-    image = plate(distance=350 * 4 / width, blur=0.5)
+@pytest.mark.parametrize(("width", "blur"), [(2.5, 0.5), (2.8, 0.8)])
+def test_tiny_discs_are_too_small_and_not_absent(width, blur, inverted):
+    image = plate(distance=350 * 4 / width, blur=blur)
     said = reason(255 - image if inverted else image)
     count = int(said.partition("some ")[2].split()[0])
     apart = float(said.partition(" lie ")[2].split()[0])
-    assert 28 <= count <= 40
+    assert 24 <= count <= 40
     assert apart == pytest.approx(1.25 * width, rel=0.15)
     assert said.endswith("px apart, too small for discs, at least 6 px are needed")
 

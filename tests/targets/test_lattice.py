@@ -69,3 +69,29 @@ def test_a_mirrored_view_of_a_layout_without_mirror_symmetry_has_no_order():
     asymmetric = np.array([[0, 0], [2, 0], [4, 0], [0, 2]])
     mirrored = asymmetric * [-10.0, 10.0]
     assert lattice.right_handed(asymmetric, mirrored) == ()
+
+
+def test_what_is_kept_for_the_next_image_cannot_be_changed():
+    grid = lattice.grid(4, 3)
+    assert lattice.grid(4, 3) is grid
+    with pytest.raises(ValueError, match="read-only"):
+        grid[0] = 1
+    orders = lattice.right_handed(grid, grid.astype(float))
+    with pytest.raises(ValueError, match="read-only"):
+        orders[0][0] = 1
+    np.testing.assert_array_equal(lattice.grid(4, 3)[5], [2, 2])
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_orders_of_a_lattice_seen_from_its_front_are_its_symmetries(mirrored):
+    rng = np.random.default_rng(3)
+    grid = lattice.grid(4, 4)
+    flip = np.diag([-1.0, 1.0]) if mirrored else np.eye(2)
+    pixels = grid @ flip @ rng.normal([[5.0, 1.0], [-1.0, 5.0]], 0.1) + [300.0, 200.0]
+    expected = lattice.symmetries(grid, mirrored=mirrored)
+    np.testing.assert_array_equal(lattice.right_handed(grid, pixels), expected)
+
+
+def test_flat_points_lie_on_the_plane_in_metres():
+    points = lattice.flat_points(lattice.grid(2, 2), 0.5)
+    np.testing.assert_array_equal(points, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
