@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from handeye_cli.cli.batch_names import recording_names, unique_names
 from handeye_cli.cli.batch_options import Kept, Labour, Recordings
 from handeye_cli.cli.batch_run import progress, rows_of
-from handeye_cli.cli.batch_work import Job, with_step
+from handeye_cli.cli.batch_work import Job
 from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.folders import make_folder
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_calibration
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver
-from handeye_cli.cli.outputs import check_output, deliver
+from handeye_cli.cli.outputs import check_output, deliver, with_step
 from handeye_cli.conventions import parse_duration
 from handeye_cli.engines import engine_of
 from handeye_cli.errors import UsageError

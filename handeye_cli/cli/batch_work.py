@@ -5,21 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from handeye_cli import __version__
 from handeye_cli.cli.batch_options import Recordings
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Mcap
+from handeye_cli.cli.outputs import with_step
 from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.batch import Way
-    from handeye_cli.records import Calibration
-    from handeye_cli.records.batch import Batch, BatchRow
-
-Traced = TypeVar("Traced", "Calibration", "Batch")
+    from handeye_cli.records.batch import BatchRow
 
 
 @dataclass(frozen=True)
@@ -73,20 +71,9 @@ def carry_out(job: Job) -> Done:
     outcome = batch.outcome_of(job.source.source, opening, job.way)
     document = None
     if job.keeps and outcome.calibration is not None:
-        files = tuple(file for each in inputs for file in each.files)
-        answer = with_step(outcome.calibration, "solve", files, job.flags)
+        answer = with_step(outcome.calibration, "solve", inputs, job.flags)
         document = documents.dump(answer, "yaml")
     return Done(replace(outcome.row, seconds=time.perf_counter() - start), document)
-
-
-def with_step(
-    record: Traced, command: str, files: tuple[tuple[str, str], ...], flags: Mapping[str, Any]
-) -> Traced:
-    """Return a record that knows by which command it was made last."""
-    from handeye_cli.records import ProvenanceStep
-
-    step = ProvenanceStep(command, __version__, files, flags)
-    return replace(record, provenance=(*record.provenance, step))
 
 
 def _require_version(version: str) -> None:

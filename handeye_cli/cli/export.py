@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from handeye_cli import __version__
 from handeye_cli.cli import outputs
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.export_mount import mount_pose
@@ -92,7 +90,7 @@ def _calibration(
 ) -> Calibration:
     """Return the calibration that is exported, computed where the input is an earlier stage."""
     from handeye_cli import documents, pipeline
-    from handeye_cli.records import Calibration, ProvenanceStep
+    from handeye_cli.records import Calibration
 
     opened = inputs[0]
     if isinstance(opened.record, Calibration):
@@ -101,10 +99,8 @@ def _calibration(
     found = pipeline.to_calibration(
         opened.record, how, method=solver.method, pairs=solver.pairs.value
     )
-    files = tuple(file for each in inputs for file in each.files)
-    step = ProvenanceStep("export", __version__, files, flags)
     # the same digits as from the document that `solve` would have written
-    return documents.as_written(replace(found, provenance=(*opened.record.provenance, step)))
+    return documents.as_written(outputs.with_step(found, "export", inputs, flags))
 
 
 def _refuse(flags: Mapping[str, Any], name: str) -> None:

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from handeye_cli import __version__
 from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.import_options import ForeignKind, ForeignSource
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Output
-from handeye_cli.cli.outputs import STDOUT, check_output, deliver, show_findings
+from handeye_cli.cli.outputs import STDOUT, check_output, deliver, show_findings, with_step
 from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -38,7 +37,6 @@ def import_(
     asked for by its flag. Images stay where they are: write the document beside them.
     """
     from handeye_cli.documents import imports
-    from handeye_cli.records import ProvenanceStep
 
     _refuse_two_cameras(kind, camera_file)
     check_output(output)
@@ -46,8 +44,7 @@ def import_(
     inputs = [Opened(imported.record, file) for file in imported.files]
     record, inputs = _with_camera(imported.record, inputs, camera_file)
     flags = {"from": imported.kind} | given(source, replace(kind, kind=None), camera_file)
-    step = ProvenanceStep("import", __version__, tuple(each.file for each in inputs), flags)
-    record = replace(record, provenance=(step,))
+    record = with_step(record, "import", inputs, flags)
     if not deliver(record, output) and sys.stdout.isatty() and not output.quiet:
         _report(imported.kind, record, source, output)
     show_findings(record)

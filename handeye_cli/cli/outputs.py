@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from handeye_cli import __version__
 from handeye_cli.cli.inputs import Opened
@@ -18,6 +18,8 @@ from handeye_cli.cli.options import Output
 from handeye_cli.errors import InputError
 
 STDOUT = "-"
+
+Traced = TypeVar("Traced", bound=Any)
 
 
 def check_output(output: Output) -> None:
@@ -50,15 +52,22 @@ def finish(
         inputs: What was read; the provenance of the first goes on in the result.
         flags: The flags that were given.
     """
+    record = with_step(record, command, inputs, flags)
+    if not deliver(record, output) and sys.stdout.isatty() and not output.quiet:
+        _show_report(record)
+    show_findings(record)
+
+
+def with_step(
+    record: Traced, command: str, inputs: Sequence[Opened], flags: Mapping[str, Any]
+) -> Traced:
+    """Return a record that knows by which command it was made last; see `finish`."""
     from handeye_cli.records import ProvenanceStep
 
     files = tuple(file for each in inputs for file in each.files)
     step = ProvenanceStep(command, __version__, files, flags)
     before = inputs[0].record.provenance if inputs else ()
-    record = replace(record, provenance=(*before, step))
-    if not deliver(record, output) and sys.stdout.isatty() and not output.quiet:
-        _show_report(record)
-    show_findings(record)
+    return replace(record, provenance=(*before, step))
 
 
 def deliver(record: Any, output: Output) -> bool:
