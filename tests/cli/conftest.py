@@ -65,3 +65,10 @@ def stations_file(tmp_path):
     path = tmp_path / "stations.json"
     path.write_text(json.dumps(stations_document(10)), encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def calibration_file(handeye, stations_file, tmp_path):
+    path = tmp_path / "calibration.yaml"
+    assert handeye("solve", stations_file, "-o", path).code == 0
+    return path

@@ -23,13 +23,6 @@ LINK_T_OPTICAL = se3.from_parts(
 
 
 @pytest.fixture
-def calibration_file(handeye, stations_file, tmp_path):
-    path = tmp_path / "calibration.yaml"
-    assert handeye("solve", stations_file, "-o", path).code == 0
-    return path
-
-
-@pytest.fixture
 def tf_file(tmp_path):
     """A recording with nothing but the camera's own frames."""
     numbers = bags.pose_numbers(LINK_T_OPTICAL)

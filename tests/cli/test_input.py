@@ -3,13 +3,6 @@
 import pytest
 
 
-@pytest.fixture
-def calibration_file(handeye, stations_file, tmp_path):
-    path = tmp_path / "calibration.yaml"
-    assert handeye("solve", stations_file, "-o", path).code == 0
-    return path
-
-
 def refused(done, *words):
     """Check that a command gave one error with these words and nothing else."""
     assert done.code == 3

@@ -31,13 +31,6 @@ def test_more_stations_than_there_are(handeye, stations_file):
 
 
 @pytest.fixture
-def calibration_file(handeye, stations_file, tmp_path):
-    path = tmp_path / "calibration.yaml"
-    assert handeye("solve", stations_file, "-o", path).code == 0
-    return path
-
-
-@pytest.fixture
 def new_stations(tmp_path):
     path = tmp_path / "new.json"
     path.write_text(json.dumps(stations_document(7, seed=6)), encoding="utf-8")

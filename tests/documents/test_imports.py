@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,16 +22,6 @@ from handeye_cli.records.line import WrittenRotation
 
 DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 IN_HAND, TO_HAND = Setup.EYE_IN_HAND, Setup.EYE_TO_HAND
-
-
-@pytest.fixture
-def write(tmp_path):
-    return partial(foreign_files.written, tmp_path)
-
-
-@pytest.fixture
-def changed(tmp_path):
-    return partial(foreign_files.import_changed, tmp_path)
 
 
 def robot_of(made):

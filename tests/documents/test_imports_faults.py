@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -16,16 +15,6 @@ from handeye_cli.documents.imports import ImportOptions
 from handeye_cli.errors import InputError
 
 IN_HAND, TO_HAND = Setup.EYE_IN_HAND, Setup.EYE_TO_HAND
-
-
-@pytest.fixture
-def write(tmp_path):
-    return partial(foreign_files.written, tmp_path)
-
-
-@pytest.fixture
-def changed(tmp_path):
-    return partial(foreign_files.import_changed, tmp_path)
 
 
 def put(*keys, value):
