@@ -4,8 +4,9 @@
 
 `several_files` and `bag_folder` say which files there are, `container` finds the messages in them,
 with the help of `framing`, `chunks`, `channels` and `file_index`, `decoding` turns payloads into
-our messages (`message_table` and `decoders/` say which), `survey` makes the one pass, and
-`stations` puts a `Recording` together. Nothing heavy is imported before a recording is really read.
+our messages (`message_table` and `decoders/` say which), `survey` makes the one pass, in which
+`known_links` reads what differs from before in its numbers only, and `stations` puts a `Recording`
+together. Nothing heavy is imported before a recording is really read.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ def decoder(layout: Layout) -> Callable[[bytes], Record]:
     def read(identifier: bytes) -> Callable[[Cursor], Record]:
         return reader(layout, _form(identifier))
 
-    def decode(data: bytes) -> Record:
-        return read(data[:2])(Cursor(data, _HEAD_BYTES))
+    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Record:
+        return read(data[:2])(cursor(data, _HEAD_BYTES))
 
     return decode
 

@@ -14,9 +14,9 @@ from handeye_cli.recording.framing import (
     MAX_BYTES,
     DamageError,
     FileBytes,
+    Held,
     Record,
     Source,
-    Unpacked,
     faults_as_damage,
     records,
 )
@@ -27,6 +27,8 @@ _HEAD = struct.Struct("<QQQII")
 _LENGTH = struct.Struct("<Q")
 _LONGEST_NAME = 32
 _BLOCK = 2**20
+_MOST_HELD = 2**24
+"""A longer chunk that is not packed is checked in blocks, and its messages are read once more."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Content:
     """The records inside a chunk.
 
     Attributes:
-        source: Where they stand: the file itself, unless the chunk is packed.
+        source: Where they stand, by the file's offsets unless the chunk is packed.
         start: The first byte of the first one.
         stop: The byte after the last.
         packed: Offset of the chunk's record when the source is its unpacked content, else None.
@@ -68,7 +70,7 @@ class _Head:
 
 
 def content_of(file: FileBytes, chunk: Record) -> Content:
-    """Return the content of a chunk; in memory only if it is packed.
+    """Return the content of a chunk; in memory where it has to be read as a whole anyway.
 
     Raises:
         DamageError: Its sizes do not fit together or are too large, it cannot be unpacked, or its
@@ -78,10 +80,15 @@ def content_of(file: FileBytes, chunk: Record) -> Content:
     if head.compression:
         data = _unpacked(file.read(head.start, head.stop), head)
         _compare(zlib.crc32(data), head)
-        return Content(Unpacked(data), 0, len(data), chunk.offset)
-    if head.checksum:
+        return Content(Held(data), 0, len(data), chunk.offset)
+    source: Source = file
+    if head.checksum and head.size <= _MOST_HELD:
+        data = file.read(head.start, head.stop)
+        _compare(zlib.crc32(data), head)
+        source = Held(data, head.start)
+    elif head.checksum:
         _compare(_file_checksum(file, head), head)
-    return Content(file, head.start, head.stop, None)
+    return Content(source, head.start, head.stop, None)
 
 
 def _head(file: FileBytes, chunk: Record) -> _Head:

@@ -13,8 +13,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
 from mcap.opcode import Opcode
 
@@ -50,8 +50,7 @@ _SUSPICIOUS = {Opcode.DATA_END, Opcode.FOOTER, *range(0x10, 0x80)}
 """Kinds that no record here has, unless the byte that says it is damaged."""
 
 
-@dataclass(frozen=True, slots=True)
-class Position:
+class Position(NamedTuple):
     """Where a message's payload lies.
 
     Attributes:
@@ -67,8 +66,7 @@ class Position:
     stop: int
 
 
-@dataclass(frozen=True, slots=True)
-class RawMessage:
+class RawMessage(NamedTuple):
     """A message as it was recorded; its payload can be read until the scan goes on.
 
     Attributes:
@@ -90,7 +88,7 @@ class RawMessage:
         Raises:
             InputError: It is too long to be read.
         """
-        return self.beginning(self.position.stop - self.position.start)
+        return self._read(self.position.stop)
 
     def beginning(self, size: int) -> bytes:
         """Return the first bytes of the payload, or all when there are not so many.
@@ -98,9 +96,11 @@ class RawMessage:
         Raises:
             InputError: They are too many to be read.
         """
-        position = self.position
+        return self._read(min(self.position.start + size, self.position.stop))
+
+    def _read(self, stop: int) -> bytes:
         try:
-            return self.source.read(position.start, min(position.start + size, position.stop))
+            return self.source.read(self.position.start, stop)
         except DamageError as fault:
             raise damaged(str(fault), f"a message of {self.channel.topic}") from fault
 

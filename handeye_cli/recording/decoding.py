@@ -15,6 +15,7 @@ import zstandard
 from handeye_cli.errors import InputError
 from handeye_cli.recording import message_table
 from handeye_cli.recording.container import Channel
+from handeye_cli.recording.in_order import Place, Trace
 from handeye_cli.recording.layout import Layout, Record, parse
 from handeye_cli.recording.messages import Header, Message, Role
 
@@ -46,6 +47,17 @@ class ChannelDecoder:
         """
         with self._faults_named():
             return _whole(self.channel)(_unpacked(data))
+
+    def places(self, data: bytes) -> tuple[Place, ...]:
+        """Return what stands where in a payload that can be read, in its order.
+
+        It is empty for a payload that was packed by itself, and in encodings that do not hold the
+        fields one after the other.
+        """
+        encoding = self.channel.message_encoding
+        if encoding not in message_table.IN_ORDER or data.startswith(_ZSTD_MAGIC):
+            return ()
+        return _places(self.channel, data)
 
     def header(self, data: bytes) -> Header:
         """Return the header of an image without touching its pixels.
@@ -89,6 +101,22 @@ def _head(channel: Channel) -> Callable[[bytes], Header]:
     module, layout = _schema(channel)
     generic = _generic(channel, layout.first(module.HEAD_FIELDS))
     return lambda data: module.decode_head(generic(data))
+
+
+def _places(channel: Channel, data: bytes) -> tuple[Place, ...]:
+    traces = []
+
+    def traced(payload: bytes, start: int) -> Trace:
+        traces.append(Trace(payload, start))
+        return traces[-1]
+
+    _tracing(channel)(data, traced)
+    return tuple(traces[0].places)
+
+
+@lru_cache(maxsize=64)
+def _tracing(channel: Channel) -> Callable[..., Record]:
+    return _generic(channel, _schema(channel)[1])
 
 
 def _schema(channel: Channel) -> tuple[ModuleType, Layout]:

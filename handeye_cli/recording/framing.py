@@ -70,14 +70,21 @@ class Source(Protocol):
         """
 
 
-class Unpacked:
-    """The content of a chunk in memory."""
+class Held:
+    """The content of a chunk in memory.
 
-    def __init__(self, data: bytes) -> None:
+    Args:
+        data: The content.
+        start: Offset of its first byte.
+    """
+
+    def __init__(self, data: bytes, start: int = 0) -> None:
         self._data = data
+        self._start = start
 
     def read(self, start: int, stop: int) -> bytes:
         """Return the bytes between two offsets; see `Source`."""
+        start, stop = start - self._start, stop - self._start
         if stop > len(self._data):
             raise DamageError(f"{len(self._data)} bytes where at least {stop} are expected")
         return self._data[start:stop]

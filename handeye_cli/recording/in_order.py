@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from handeye_cli.recording.layout import MANY, Field, Kind, Layout, Record, nanoseconds, require_few
@@ -49,6 +49,11 @@ class Cursor:
         self._at = at + packed.size
         return packed.unpack_from(self._data, at)
 
+    def length(self, packed: struct.Struct, alignment: int) -> int:
+        """Return a number that says how many of something follow."""
+        (length,) = self.numbers(packed, alignment)
+        return int(length)
+
     def octets(self, count: int) -> bytes:
         """Return the next bytes, which must be there."""
         start = self._at
@@ -59,6 +64,64 @@ class Cursor:
     def left(self) -> int:
         """How many bytes there are still."""
         return len(self._data) - self._at
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands in a payload.
+
+    Attributes:
+        start: Its first byte.
+        stop: The byte after its last.
+        order: Byte order, `<` or `>`.
+        codes: What stands there, in the codes of `struct`.
+        count: How many values these are.
+        fixed: Whether it is a length or a text, not numbers.
+    """
+
+    start: int
+    stop: int
+    order: str
+    codes: str
+    count: int
+    fixed: bool
+
+
+class Trace(Cursor):
+    """A cursor that notes where everything stood that was read.
+
+    Attributes:
+        places: These, in their order.
+    """
+
+    __slots__ = ("places",)
+
+    def __init__(self, data: bytes, start: int) -> None:
+        super().__init__(data, start)
+        self.places: list[Place] = []
+
+    def numbers(self, packed: struct.Struct, alignment: int) -> tuple[Any, ...]:
+        """Return numbers, and note where they stood."""
+        values = super().numbers(packed, alignment)
+        order, codes = packed.format[0], packed.format[1:]
+        self.places.append(
+            Place(self._at - packed.size, self._at, order, codes, len(values), fixed=False)
+        )
+        return values
+
+    def length(self, packed: struct.Struct, alignment: int) -> int:
+        """Return a length, and note where it stood."""
+        length = super().length(packed, alignment)
+        number = self.places.pop()
+        self.places.append(replace(number, codes=f"{packed.size}s", fixed=True))
+        return length
+
+    def octets(self, count: int) -> bytes:
+        """Return bytes, and note where they stood."""
+        data = super().octets(count)
+        order = self.places[-1].order
+        self.places.append(Place(self._at - count, self._at, order, f"{count}s", 1, fixed=True))
+        return data
 
 
 Reader = Callable[[Cursor], Any]
@@ -123,10 +186,10 @@ class _Readers:
 
     def _count(self, cursor: Cursor) -> int:
         """Return the length of what follows, whose parts have at least a byte each."""
-        (count,) = cursor.numbers(self._length, self._of_length)
+        count = cursor.length(self._length, self._of_length)
         if count > cursor.left:
             raise ValueError(f"a length of {count}, {cursor.left} bytes before its end")
-        return int(count)
+        return count
 
     def _octets(self, cursor: Cursor) -> bytes:
         return cursor.octets(self._count(cursor))

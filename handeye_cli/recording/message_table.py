@@ -86,6 +86,9 @@ ENCODINGS = {
 }
 """By the channel's message encoding."""
 
+IN_ORDER = _ROS
+"""Encodings in which the fields of a message stand one after the other, a header first."""
+
 _FRAMES = "record the camera's single frames, as raw images, PNG or JPEG"
 _ONE_POSE = "record the gripper's own pose: TF, or one stamped pose in a message"
 REFUSED = {

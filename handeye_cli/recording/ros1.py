@@ -19,8 +19,8 @@ def decoder(layout: Layout) -> Callable[[bytes], Record]:
     """
     read = reader(_counted(layout), _FORM)
 
-    def decode(data: bytes) -> Record:
-        return read(Cursor(data, 0))
+    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Record:
+        return read(cursor(data, 0))
 
     return decode
 

@@ -15,7 +15,9 @@ from handeye_cli.recording.bag_folder import BagFiles
 from handeye_cli.recording.clock import Clock
 from handeye_cli.recording.container import Channel, Position, RawMessage
 from handeye_cli.recording.decoding import ChannelDecoder, decoder_for
+from handeye_cli.recording.known_links import KnownLinks
 from handeye_cli.recording.losses import Losses, Unreadable
+from handeye_cli.recording.message_table import IN_ORDER
 from handeye_cli.recording.messages import (
     AnyImage,
     CameraInfoMessage,
@@ -29,14 +31,13 @@ from handeye_cli.recording.messages import (
     TransformsMessage,
     TransformStamped,
 )
+from handeye_cli.recording.pose_list import PoseList
 from handeye_cli.recording.several_files import Paths
 from handeye_cli.records import IntArray
 
 _STATIC_TOPIC = "tf_static"
 _DESCRIPTION = "<robot"
 """What tells a robot's description from other texts."""
-_HEADER_FIRST = ("cdr", "ros1")
-"""Encodings in which a message begins with its header."""
 _HEADER_BYTES = 4096
 """More than any header takes."""
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
@@ -152,35 +153,6 @@ def take(path: Paths, tell: Callable[[RawMessage], None] | None = None) -> Surve
 
 
 @dataclass
-class _PoseList:
-    """Samples in compact arrays, for a recording may hold millions."""
-
-    parent: str
-    child: str
-    static: bool = False
-    lasting: bool = False
-    stamps_ns: array[int] = field(default_factory=lambda: array("q"))
-    log_times_ns: array[int] = field(default_factory=lambda: array("q"))
-    numbers: array[float] = field(default_factory=lambda: array("d"))
-
-    def add(self, log_time_ns: int, message: TransformStamped | PoseStamped) -> None:
-        self.stamps_ns.append(message.header.stamp_ns)
-        self.log_times_ns.append(log_time_ns)
-        self.numbers.extend(message.translation)
-        self.numbers.extend(message.rotation)
-
-    def finished(self) -> transforms.Samples:
-        return transforms.Samples(
-            self.parent,
-            self.child,
-            self.static or (self.lasting and len(self.stamps_ns) == 1),
-            np.array(self.stamps_ns, dtype=np.int64),
-            np.array(self.log_times_ns, dtype=np.int64),
-            np.array(self.numbers, dtype=np.float64).reshape(-1, 7),
-        )
-
-
-@dataclass
 class _ImageList:
     decoder: ChannelDecoder
     first: AnyImage
@@ -211,48 +183,51 @@ class _Surveyor:
         self.channels: dict[Channel, None] = {}
         self.images: dict[str, _ImageList] = {}
         self.camera_infos: dict[str, dict[CameraInfoMessage, None]] = {}
-        self.links: dict[tuple[str, str, bool], _PoseList] = {}
-        self.poses: dict[str, dict[tuple[str, str], _PoseList]] = {}
+        self.links: dict[tuple[str, str, bool], PoseList] = {}
+        self.poses: dict[str, dict[tuple[str, str], PoseList]] = {}
         self.joints = joint_states.JointRecord()
         self.robot: tuple[urdf.Joint, ...] = ()
         self.unreadable: dict[str, Unreadable] = {}
         self._totals: Counter[str] = Counter()
-        self._decoders: dict[Channel, ChannelDecoder] = {}
+        self._decoders: dict[Channel, tuple[ChannelDecoder, KnownLinks]] = {}
 
     def wants(self, channel: Channel) -> bool:
         """Take note of a channel; return whether its messages are of use."""
         self.channels[channel] = None
         decoder = decoder_for(channel)
         if decoder is not None:
-            self._decoders[channel] = decoder
+            self._decoders[channel] = decoder, KnownLinks()
         return decoder is not None or self._every
 
     def add(self, message: RawMessage) -> None:
         """Take in a message if it is of use; count it if it should be and cannot be read."""
-        decoder, topic = self._decoders.get(message.channel), message.channel.topic
-        if decoder is None:
+        known = self._decoders.get(message.channel)
+        if known is None:
             return
+        topic = message.channel.topic
         self._totals[topic] += 1
         try:
-            self._add(decoder, message)
+            self._add(*known, message)
         except InputError as error:
             self.unreadable.setdefault(topic, Unreadable(error)).count += 1
         if topic in self.unreadable:
             self.unreadable[topic].total = self._totals[topic]
 
-    def _add(self, decoder: ChannelDecoder, message: RawMessage) -> None:
+    def _add(self, decoder: ChannelDecoder, links: KnownLinks, message: RawMessage) -> None:
         if decoder.role is Role.IMAGE:
             self._add_image(decoder, message)
-            return
+        elif decoder.role is Role.TRANSFORMS:
+            self._add_transforms(decoder, links, message)
+        else:
+            self._add_other(decoder, message)
+
+    def _add_other(self, decoder: ChannelDecoder, message: RawMessage) -> None:
         content = decoder.decode(message.data)
         if isinstance(content, CameraInfoMessage):
             known = self.camera_infos.setdefault(message.channel.topic, {})
             known[replace(content, header=Header(0, content.header.frame_id))] = None
-        elif isinstance(content, TransformsMessage):
-            for transform in content.transforms:
-                self._add_link(message, transform, lasting=content.lasting)
         elif isinstance(content, PoseStamped):
-            self._add_pose(message, content)
+            self._add_stamped(message, content)
         elif isinstance(content, JointsMessage):
             self.joints.add(message.log_time_ns, content)
         elif isinstance(content, TextMessage) and _DESCRIPTION in content.text:
@@ -270,21 +245,42 @@ class _Surveyor:
             raise InputError(f"expected {first_kind} as before, found {kind}", where=topic)
         self.images[topic].add(message)
 
-    def _add_link(self, message: RawMessage, transform: TransformStamped, *, lasting: bool) -> None:
+    def _add_transforms(
+        self, decoder: ChannelDecoder, known: KnownLinks, message: RawMessage
+    ) -> None:
+        data = message.data
+        if known.add(message.log_time_ns, data):
+            return
+        content = decoder.decode(data)
+        if not isinstance(content, TransformsMessage):
+            raise TypeError(f"{type(content).__name__} holds no transforms")
+        lists = [self._link(message, each, content.lasting) for each in content.transforms]
+        for link, transform in zip(lists, content.transforms, strict=True):
+            _add_pose(link, message, transform)
+        places = decoder.places(data) if lists and known.has_room_for(data) else ()
+        if places:
+            known.learn(data, places, lists)
+
+    def _link(self, message: RawMessage, transform: TransformStamped, lasting: bool) -> PoseList:
         parent = transforms.plain_name(transform.header.frame_id)
         child = transforms.plain_name(transform.child_frame_id)
         static = message.channel.topic.rsplit("/", 1)[-1] == _STATIC_TOPIC
         key = (parent, child, static)
         if key not in self.links:
-            self.links[key] = _PoseList(parent, child, static, lasting)
-        self.links[key].add(message.log_time_ns, transform)
+            self.links[key] = PoseList(parent, child, static, lasting)
+        return self.links[key]
 
-    def _add_pose(self, message: RawMessage, pose: PoseStamped) -> None:
+    def _add_stamped(self, message: RawMessage, pose: PoseStamped) -> None:
         topic, parent = message.channel.topic, transforms.plain_name(pose.header.frame_id)
         child = transforms.plain_name(pose.child_frame_id) or topic
         of_topic = self.poses.setdefault(topic, {})
-        poses = of_topic.setdefault((parent, child), _PoseList(parent, child))
-        poses.add(message.log_time_ns, pose)
+        poses = of_topic.setdefault((parent, child), PoseList(parent, child))
+        _add_pose(poses, message, pose)
+
+
+def _add_pose(poses: PoseList, message: RawMessage, pose: TransformStamped | PoseStamped) -> None:
+    numbers = (*pose.translation, *pose.rotation)
+    poses.add(message.log_time_ns, pose.header.stamp_ns, numbers)
 
 
 def _kind(channel: Channel) -> str:
@@ -294,12 +290,12 @@ def _kind(channel: Channel) -> str:
 def _header(decoder: ChannelDecoder, message: RawMessage) -> Header:
     """Return the header of an image, read without the pixels where it stands before them."""
     data = message.beginning(_HEADER_BYTES)
-    if message.channel.message_encoding not in _HEADER_FIRST or data.startswith(_ZSTD_MAGIC):
+    if message.channel.message_encoding not in IN_ORDER or data.startswith(_ZSTD_MAGIC):
         data = message.data
     return decoder.header(data)
 
 
-def _cleaned(lists: Iterable[_PoseList]) -> tuple[tuple[transforms.Samples, ...], int]:
+def _cleaned(lists: Iterable[PoseList]) -> tuple[tuple[transforms.Samples, ...], int]:
     raw = [each.finished() for each in lists]
     good = tuple(transforms.clean(samples) for samples in raw)
     dropped = sum(len(r.numbers) - len(g.numbers) for r, g in zip(raw, good, strict=True))

@@ -14,10 +14,19 @@ from hypothesis import strategies as st
 from mcap.reader import NonSeekingReader
 from mcap.writer import CompressionType, IndexType, Writer
 from recording.bags import LAYOUTS, Robot, write
-from recording.surgery import CHUNK, CHUNK_INDEX, of_kind, put, signed, summary_start
+from recording.surgery import (
+    CHUNK,
+    CHUNK_INDEX,
+    flipped,
+    middle,
+    of_kind,
+    put,
+    signed,
+    summary_start,
+)
 
 from handeye_cli.errors import InputError
-from handeye_cli.recording import container, framing
+from handeye_cli.recording import chunks, container, framing
 from handeye_cli.recording.losses import Losses
 
 MESSAGES = Robot(stations=2, rate=20.0).messages()
@@ -222,6 +231,21 @@ def bytes_read(monkeypatch):
     return lambda: sum(count)
 
 
+@pytest.mark.parametrize("most_held", [0, 10**6])
+def test_chunks_are_checked_whether_they_are_held_or_not(tmp_path, monkeypatch, most_held):
+    monkeypatch.setattr(chunks, "_MOST_HELD", most_held)
+    monkeypatch.setattr(chunks, "_BLOCK", 999)
+    path = write(tmp_path / "a.mcap", MESSAGES, compression=CompressionType.NONE, chunk_size=9000)
+    assert everything(path) == reference(path)
+    raw = Path(path).read_bytes()
+    chunk = middle(raw)
+    Path(path).write_bytes(flipped(raw, chunk.stop - 1))
+    losses = Losses()
+    assert 0 < len(everything(path, losses)) < len(MESSAGES)
+    assert (losses.places, losses.bytes) == (1, chunk.stop - chunk.offset)
+    assert f"byte {chunk.offset}: a chunk with checksum" in losses.first
+
+
 @pytest.mark.parametrize("name", ["no-chunks", "no-crc"])
 def test_payloads_that_nobody_asks_for_are_not_read(tmp_path, bytes_read, name):
     big = [(t, "/big", "sensor_msgs/Image", bytes(50_000)) for t in range(50)]
@@ -246,17 +270,17 @@ def transforms(path, losses=None):
 
 @pytest.mark.parametrize(("name", "looked_into"), [("zstd", 4), ("plain", 4), ("no-index", 50)])
 def test_chunks_without_a_message_of_use_are_passed_over(tmp_path, monkeypatch, name, looked_into):
-    chunks = []
+    offsets = []
 
     def content_of(file, chunk):
-        chunks.append(chunk.offset)
+        offsets.append(chunk.offset)
         return real(file, chunk)
 
     real = container.content_of
     monkeypatch.setattr(container, "content_of", content_of)
     path = mixed(tmp_path / "a.mcap", **LAYOUTS[name])
     assert transforms(path) == [bytes([t]) for t in range(0, 100, 25)]
-    assert len(chunks) == looked_into
+    assert len(offsets) == looked_into
 
 
 def test_an_index_that_hides_messages_is_found_out(tmp_path):

@@ -505,6 +505,8 @@ SCHEMAS = {
     "text-empty": ("cdr", "ros2msg", ""),
     "text-garbage": ("cdr", "ros2msg", "\x00\x01 !garbage"),
     "text-without-dependency": ("cdr", "ros2msg", "std_msgs/Header header\nno_such/Type x\n"),
+    "of-a-service": ("cdr", "ros2msg", "int64 a\n---\nint64 sum\n"),
+    "of-ros-idl": ("cdr", "ros2idl", f'{"=" * 80}\nIDL: x/msg/Y\n#include "x/msg/Z.idl"\n'),
     "of-another-kind": ("cdr", "omgidl", "module x {};"),
     "of-no-kind": ("cdr", "", ""),
 }

@@ -122,13 +122,14 @@ def test_file_without_messages_says_so(survey_of):
         selection.images(survey_of(), None)
 
 
-@pytest.mark.parametrize("topic", ["/left/image_raw", "/left/image_raw/compressed"])
-def test_intrinsics_are_those_beside_the_images(survey_of, topic):
-    content = survey_of(image(topic), info("/left/camera_info"), info("/right/camera_info"))
+@pytest.mark.parametrize("place", ["/left", "/camera/camera/color"])
+@pytest.mark.parametrize("name", ["image_raw", "image_raw/compressed", "image_rect_color"])
+def test_intrinsics_are_those_beside_the_images(survey_of, place, name):
+    beside, other = f"{place}/camera_info", f"{place}/depth/camera_info"
+    content = survey_of(image(f"{place}/{name}"), info(beside), info(other))
     frames = selection.images(content, None)
-    assert selection.camera_info_topic(content, frames, None) == "/left/camera_info"
-    asked = selection.camera_info_topic(content, frames, "/right/camera_info")
-    assert asked == "/right/camera_info"
+    assert selection.camera_info_topic(content, frames, None) == beside
+    assert selection.camera_info_topic(content, frames, other) == other
 
 
 def test_intrinsics_elsewhere_are_known_by_their_frame(survey_of):
