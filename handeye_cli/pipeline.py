@@ -180,14 +180,14 @@ def to_inspection(record: Any, steps: Steps) -> Inspection:
     expect(record, Recording, Features, Stations)
     measured = None
     if isinstance(record, Recording):
-        features, measured = _features_and_time(record, steps)
+        features, measured = features_and_time(record, steps)
         record = _handed_on(features)
     sigma = _detector_sigma(record) if isinstance(record, Features) else None
     looked = inspect(_ready_stations(record, steps), sigma)
     return looked if measured is None else with_time_offset(looked, measured)
 
 
-def _features_and_time(recording: Recording, steps: Steps) -> tuple[Features, Measured | None]:
+def features_and_time(recording: Recording, steps: Steps) -> tuple[Features, Measured | None]:
     """Return a recording's target points, and the time that frames in motion tell if there are any.
 
     These are looked at besides the stations where they are none themselves.

@@ -6,26 +6,26 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import typer
-
 from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Work
-from handeye_cli.cli.outputs import STDOUT, check_output
+from handeye_cli.cli.outputs import STDOUT, check_output, print_text
 from handeye_cli.cli.progress import steps
 from handeye_cli.cli.report_inputs import Library, open_library
 from handeye_cli.cli.report_options import Accepted, Page, Sources
+from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.gates import Limits
     from handeye_cli.pipeline import Steps
     from handeye_cli.reporting.case import Case
-    from handeye_cli.reporting.completing import Way
     from handeye_cli.reporting.contents import Contents
+    from handeye_cli.reporting.verifying import Way
 
 EXAMPLES = (
     "handeye report calibration.yaml verification.yaml -o report.html",
     "handeye report data.mcap --target chessboard:9x6:23.6mm --setup eye-in-hand",
+    "handeye report tonight.yaml --json -o tonight.html",
 )
 
 
@@ -49,10 +49,10 @@ def report(
     from handeye_cli import gates, solvers
     from handeye_cli.pipeline import Steps
     from handeye_cli.render.sheet import require_matplotlib
-    from handeye_cli.reporting.completing import Way
     from handeye_cli.reporting.gathering import gather
+    from handeye_cli.reporting.verifying import Way
 
-    check_output(Output(output=page.output, force=page.force))
+    _check_page(page)
     require_matplotlib()
     solvers.load(solver.method)
     limits = gates.Limits(accepted.max_rotation_mrad, accepted.max_translation_mm)
@@ -66,6 +66,20 @@ def report(
     _write(every, page)
     _tell(every, page)
     _judge(cases, limits)
+
+
+def _check_page(page: Page) -> None:
+    """Refuse a page that could not be written, before any work is done for it.
+
+    Raises:
+        UsageError: Its file exists and is not to be replaced, or stdout is to have two things.
+        InputError: Its folder does not exist.
+    """
+    if page.json and page.output == STDOUT:
+        raise UsageError(
+            "expected the page or --json on stdout, found both", hint="write the page to a file"
+        )
+    check_output(Output(output=page.output, force=page.force))
 
 
 def _complete(case: Case, way: Way) -> Case:
@@ -103,9 +117,27 @@ def _tell(every: Sequence[Contents], page: Page) -> None:
     console = make_console(sys.stderr)
     for each in every:
         show_findings(console, each.case.findings)
-    if page.output != STDOUT and not page.quiet:
+    if page.json:
+        print_text(_verdicts(every, page))
+    elif page.output != STDOUT and not page.quiet:
         lights = ", ".join(each.light.colour.value for each in every if each.light)
-        typer.echo(f"written to {page.output}{f': {lights}' if lights else ''}", err=True)
+        sys.stderr.write(f"written to {page.output}{f': {lights}' if lights else ''}\n")
+
+
+def _verdicts(every: Sequence[Contents], page: Page) -> str:
+    """Return the lights as JSON; a case with nothing to judge has none."""
+    from handeye_cli.documents import layout
+
+    cases = [
+        {
+            "name": each.case.name,
+            "light": None if each.light is None else each.light.colour.value,
+            "verified": None if each.light is None else each.light.verified,
+            "reasons": [] if each.light is None else list(each.light.reasons),
+        }
+        for each in every
+    ]
+    return layout.dump({"page": page.output, "cases": cases}, "json")
 
 
 def _judge(cases: Sequence[Case], limits: Limits) -> None:

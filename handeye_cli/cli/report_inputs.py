@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
-from handeye_cli.cli.grouping import flags_of
-from handeye_cli.cli.inputs import Opened, open_input
+from handeye_cli.cli.grouping import flags_of, given
+from handeye_cli.cli.inputs import Opened, open_input, open_summary
 from handeye_cli.cli.options import Mcap, Source
 from handeye_cli.cli.report_options import Sources
 from handeye_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.records import ProvenanceStep
+    from handeye_cli.records.recording_summary import RecordingSummary
     from handeye_cli.reporting.case import Read
 
 _VERIFY = "verify"
@@ -62,7 +63,8 @@ def open_library(sources: Sources, mcap: Mcap, camera_file: CameraFile) -> Libra
     """
     library = Library()
     first, *others = _inputs(sources)
-    _add(library, open_inputs(first, mcap, camera_file)[0], asked=True)
+    opened = open_inputs(first, mcap, camera_file)[0]
+    _add(library, opened, asked=True, summary=_summary(first, mcap, camera_file))
     for other in others:
         _add(library, open_input(other, Mcap()), asked=True)
     for read in library.reads:  # the list grows while it is walked: what is found names more
@@ -85,12 +87,23 @@ def _inputs(sources: Sources) -> list[Source]:
     return [flagged, *(Source(name) for (name,) in others)]
 
 
-def _add(library: Library, opened: Opened, *, asked: bool) -> None:
+def _summary(source: Source, mcap: Mcap, camera_file: CameraFile) -> RecordingSummary | None:
+    """Return what a robot's recording holds; None for a document."""
+    flags = given(source, mcap, camera_file)
+    own_intrinsics = camera_file.camera is not None
+    opened = open_summary(source, mcap, flags, own_intrinsics=own_intrinsics)
+    summary: RecordingSummary | None = None if opened is None else opened.record.recording
+    return summary
+
+
+def _add(
+    library: Library, opened: Opened, *, asked: bool, summary: RecordingSummary | None = None
+) -> None:
     from handeye_cli.reporting.case import Read
 
     name, sha256 = opened.file
     if not library.has(sha256):
-        library.reads.append(Read(name, sha256, opened.record, asked))
+        library.reads.append(Read(name, sha256, opened.record, asked, summary))
 
 
 def _named_by(read: Read) -> Iterator[tuple[ProvenanceStep, str, str]]:

@@ -1,11 +1,11 @@
 """The flags of `handeye report`."""
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
 from handeye_cli.cli.flags import Argument, Flag
 from handeye_cli.cli.options import Source
+from handeye_cli.frozen import dataclass
 
 _judgement = partial(Flag, rich_help_panel="Judgement")
 _output = partial(Flag, rich_help_panel="Output")
@@ -50,6 +50,9 @@ class Page:
     force: Annotated[bool, _output("--force", help="Replace a file that exists.")] = False
     no_images: Annotated[
         bool, _output("--no-images", help="Leave out the images, for a small page.")
+    ] = False
+    json: Annotated[
+        bool, _output("--json", help="Print the lights and their reasons on stdout, as JSON.")
     ] = False
     quiet: Annotated[
         bool, _output("--quiet", "-q", help="No progress; findings and errors remain.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 
 from rich.console import Console
 
@@ -17,25 +17,24 @@ _WORDS = {
     BatchStatus.WARNINGS: "with warnings",
     BatchStatus.OK: "ok",
 }
+BATCH_NOTE = "Errors as RMS: predicted of the answer, seen at stations that took no part"
+"""What the numbers of the table are."""
 _STYLES = {BatchStatus.FAILED: "bold red", BatchStatus.GATE: "bold red"}
 
 
 def show_batch(batch: Batch, console: Console) -> None:
     """Print the table and, below it, what is not as it should be."""
     console.print(f"{summary(batch)}", style="bold")
-    console.print("Errors as RMS: predicted of the answer, seen at stations that took no part\n")
-    timed = any(row.seconds is not None for row in batch.rows)
-    headings = ["recording", "status", "exit", "stations\nused", "predicted\nmrad", "\nmm"]
-    headings += ["seen\nmrad", "\nmm", "time\ns" if timed else ""]
-    rows = (_cells(row, timed) for row in batch.worst_first())
-    show_table(console, headings, rows, left=[0, 1])
+    console.print(f"{BATCH_NOTE}\n")
+    rows = (batch_cells(row, batch) for row in batch.worst_first())
+    show_table(console, batch_headings(batch), rows, left=[0, 1])
     show_complaints(batch, console)
 
 
 def show_complaints(batch: Batch, console: Console) -> None:
     """Print why recordings failed and what else is to be looked at, on lines never broken."""
     for row in batch.worst_first():
-        for text in _complaints(row):
+        for text in complaints(row):
             line = f"{row.status}: {printable(row.name)}: {printable(text)}"
             console.print(line, style=_STYLES.get(row.status, "yellow"), soft_wrap=True)
         if row.advice:
@@ -49,8 +48,16 @@ def summary(batch: Batch) -> str:
     return f"{count(len(batch.rows), 'recording')}: {told}"
 
 
-def _cells(row: BatchRow, timed: bool) -> list[str]:
+def batch_headings(batch: Batch) -> list[str]:
+    """Return the headings of the table; the last one only where times are known."""
+    headings = ["recording", "status", "exit", "stations\nused", "predicted\nmrad", "\nmm"]
+    return [*headings, "seen\nmrad", "\nmm", *(["time\ns"] if _is_timed(batch) else [])]
+
+
+def batch_cells(row: BatchRow, batch: Batch) -> list[str]:
+    """Return the cells below the headings for one recording."""
     used = NOTHING if row.used is None else str(row.used)
+    seconds = NOTHING if row.seconds is None else f"{row.seconds:.1f}"
     return [
         row.name,
         row.status.value,
@@ -60,14 +67,19 @@ def _cells(row: BatchRow, timed: bool) -> list[str]:
         mm(row.predicted_translation),
         mrad(row.seen_rotation),
         mm(row.seen_translation),
-        f"{row.seconds:.1f}" if timed and row.seconds is not None else "",
+        *([seconds] if _is_timed(batch) else []),
     ]
 
 
-def _complaints(row: BatchRow) -> Iterable[str]:
+def _is_timed(batch: Batch) -> bool:
+    return any(row.seconds is not None for row in batch.rows)
+
+
+def complaints(row: BatchRow) -> Iterator[str]:
+    """Yield why a recording failed, and what else is to be looked at."""
     if row.message:
         yield row.message
     if row.findings:
         yield ", ".join(row.findings)
     if row.consistent is False:
-        yield "the errors seen are larger than predicted, beyond chance"
+        yield "the errors seen contradict the prediction, beyond chance"

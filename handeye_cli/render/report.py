@@ -15,6 +15,8 @@ from handeye_cli.records import (
     Stations,
     Verification,
 )
+from handeye_cli.records.batch import Batch
+from handeye_cli.render.batch import show_batch
 from handeye_cli.render.calibration import show_calibration
 from handeye_cli.render.inspection import show_inspection
 from handeye_cli.render.plan import show_plan
@@ -30,6 +32,7 @@ _REPORTS: dict[type, Any] = {
     Inspection: show_inspection,
     Plan: show_plan,
     Simulation: show_simulation,
+    Batch: show_batch,
 }
 
 

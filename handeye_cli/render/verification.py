@@ -17,7 +17,7 @@ _PROTOCOLS = {
 }
 _VERDICTS = {
     True: "the errors are as predicted",
-    False: "the errors are larger than predicted, beyond chance",
+    False: "the errors contradict the prediction, beyond chance",
     None: "nothing predicts the errors",
 }
 

@@ -20,6 +20,8 @@ from handeye_cli.records import (
     Stations,
     Verification,
 )
+from handeye_cli.records.batch import Batch
+from handeye_cli.records.recording_summary import RecordingSummary
 
 _MADE = "simulate recording"
 _GRAVITY = ("error", "warning", "info")
@@ -34,12 +36,14 @@ class Read:
         sha256: Digest of its bytes in hex.
         record: What it holds.
         asked: Whether the user named it, or it was found by what another document says of itself.
+        summary: What a robot's recording holds, where it is one that the user named.
     """
 
     name: str
     sha256: str
     record: Any
     asked: bool = True
+    summary: RecordingSummary | None = None
 
     @cached_property
     def ancestors(self) -> frozenset[str]:
@@ -73,8 +77,11 @@ class Case:
         verifications: Errors on stations that took no part.
         plans: Where to send the robot.
         simulations: Errors of simulated calibrations.
+        batches: What came of many recordings.
+        summary: What the robot's recording holds that all of it comes from, if that was named.
         attempted: Whether an answer was looked for while the report was made.
         failure: Why there is none, where the data looked good enough for one.
+        remarks: What is to be said of the verifications that were made for the report.
     """
 
     name: str
@@ -87,8 +94,11 @@ class Case:
     verifications: tuple[Verification, ...] = ()
     plans: tuple[Plan, ...] = ()
     simulations: tuple[Simulation, ...] = ()
+    batches: tuple[Batch, ...] = ()
+    summary: RecordingSummary | None = None
     attempted: bool = False
     failure: HandeyeError | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -120,6 +130,7 @@ class Case:
             self.recording,
             *self.plans,
             *self.simulations,
+            *self.batches,
         )
         return longest(each.provenance for each in records if each is not None)
 

@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from handeye_cli import pipeline
-from handeye_cli.chain import MIN_STATIONS
+from handeye_cli import documents, pipeline
 from handeye_cli.errors import ConvergenceError, UndeterminedError, UsageError
 from handeye_cli.given_camera import with_camera
+from handeye_cli.inspection import with_time_offset
 from handeye_cli.pipeline import Steps
-from handeye_cli.records import Inspection, Stations, Verification, VerificationRow
+from handeye_cli.records import Features, Inspection, Recording, Stations
 from handeye_cli.reporting.case import Case
-
-_ROWS = 5
-"""Numbers of stations that a verification calibrates on, at most: as many as the paper's table."""
-_FEWEST = 4
-"""Stations of the first of them, as in the paper's table."""
-
-
-@dataclass(frozen=True)
-class Way:
-    """How an answer is looked for.
-
-    Attributes:
-        steps: How images are looked at.
-        method: A row of the table of solvers.
-        pairs: `star` or `all`.
-    """
-
-    steps: Steps
-    method: str
-    pairs: str
+from handeye_cli.reporting.verifying import Way, verified
+from handeye_cli.time_offset import Measured
 
 
 def complete(case: Case, way: Way) -> Case:
@@ -46,12 +25,12 @@ def complete(case: Case, way: Way) -> Case:
         InputError: An image or the pixels of a document are not what they should be.
         UsageError: The method or the pairs are unknown, or a flag cannot act on the document.
     """
-    case = _with_poses(case, way.steps)
+    case, measured = _with_poses(case, way.steps)
     stations = case.stations
     if case.calibration is not None or stations is None:
         return case
     if case.inspection is None:
-        found = _inspected(case, way.steps)
+        found = _inspected(case, measured, way.steps)
         case = replace(case, inspection=found, attempted=True)
     if case.inspection is not None and case.inspection.errors:
         return case
@@ -59,10 +38,11 @@ def complete(case: Case, way: Way) -> Case:
     return _with_answer(case, stations, way)
 
 
-def _with_poses(case: Case, steps: Steps) -> Case:
-    """Return a case with points and poses; those beside an answer rest on its own intrinsics."""
-    from handeye_cli import documents
+def _with_poses(case: Case, steps: Steps) -> tuple[Case, Measured | None]:
+    """Return a case with points and poses, and the time that frames in motion tell.
 
+    Those beside an answer rest on its own intrinsics.
+    """
     recording, features, answer = case.recording, case.features, case.calibration
     if answer is not None and steps.calibrate_intrinsics:
         raise UsageError(
@@ -70,24 +50,39 @@ def _with_poses(case: Case, steps: Steps) -> Case:
             hint="leave it out, or make the report from the recording alone",
         )
     if case.stations is not None:
-        return replace(case, stations=pipeline.to_stations(case.stations, steps))
-    if recording is None and features is None:
-        return case
-    camera = None if answer is None else answer.camera
-    if features is None:
+        return replace(case, stations=pipeline.to_stations(case.stations, steps)), None
+    camera, measured = None if answer is None else answer.camera, None
+    if features is not None:
+        features = features if camera is None else with_camera(features, camera)
+    elif recording is not None:
         seen_by = recording if camera is None else with_camera(recording, camera)
-        features = documents.as_written(pipeline.to_features(seen_by, steps))
-    elif camera is not None:
-        features = with_camera(features, camera)
+        features, measured = _features(seen_by, steps, timed=answer is None)
+    else:
+        return case, None
     stations = documents.as_written(pipeline.to_stations(features, steps))
-    return replace(case, features=features, stations=stations)
+    return replace(case, features=features, stations=stations), measured
 
 
-def _inspected(case: Case, steps: Steps) -> Inspection:
+def _features(
+    recording: Recording, steps: Steps, *, timed: bool
+) -> tuple[Features, Measured | None]:
+    """Return the points in the images of a recording, and the time where it is asked for."""
+    if timed:
+        features, measured = pipeline.features_and_time(recording, steps)
+    else:
+        features, measured = pipeline.to_features(recording, steps), None
+    return documents.as_written(features), measured
+
+
+def _inspected(case: Case, measured: Measured | None, steps: Steps) -> Inspection:
     # only from the points does it know what the detector thinks of its own accuracy
     if case.features is not None and case.stations is not None:
-        return pipeline.to_inspection(case.features, steps)
-    return pipeline.to_inspection(case.stations, replace(steps, calibrate_intrinsics=False))
+        looked = pipeline.to_inspection(case.features, steps)
+    else:
+        looked = pipeline.to_inspection(case.stations, replace(steps, calibrate_intrinsics=False))
+    if measured is not None:
+        looked = with_time_offset(looked, measured)
+    return replace(looked, recording=case.summary)
 
 
 def _with_answer(case: Case, stations: Stations, way: Way) -> Case:
@@ -99,45 +94,5 @@ def _with_answer(case: Case, stations: Stations, way: Way) -> Case:
     case = replace(case, calibration=answer)
     if case.verifications:
         return case
-    return replace(case, verifications=_verifications(stations, way))
-
-
-def _verifications(stations: Stations, way: Way) -> tuple[Verification, ...]:
-    """Return the paper's table and the errors at each station left out, as far as there are any."""
-    usable = sum(each.camera_T_target is not None for each in stations.stations)
-    found = (_table(stations, usable, way), _left_out(stations, way))
-    return tuple(each for each in found if each is not None)
-
-
-def _table(stations: Stations, usable: int, way: Way) -> Verification | None:
-    """Return the paper's table without the rows whose stations determine nothing."""
-    largest = usable // 2
-    smallest = min(_FEWEST, largest)
-    tables = []
-    for count in np.unique(np.linspace(smallest, largest, _ROWS).round().astype(int)):
-        if count < MIN_STATIONS:
-            continue
-        with suppress(UndeterminedError, ConvergenceError):
-            tables.append(_verify(stations, way, [int(count)]))
-    rows: tuple[VerificationRow, ...] = tuple(row for table in tables for row in table.rows)
-    return replace(tables[-1], rows=rows) if tables else None
-
-
-def _left_out(stations: Stations, way: Way) -> Verification | None:
-    with suppress(UndeterminedError, ConvergenceError):
-        return _verify(stations, way, None, leave_one_out=True)
-    return None
-
-
-def _verify(
-    stations: Stations, way: Way, counts: list[int] | None, *, leave_one_out: bool = False
-) -> Verification:
-    return pipeline.to_verification(
-        stations,
-        way.steps,
-        None,
-        counts=counts,
-        method=way.method,
-        pairs=way.pairs,
-        leave_one_out=leave_one_out,
-    )
+    made = verified(stations, way)
+    return replace(case, verifications=made.verifications, remarks=made.remarks)

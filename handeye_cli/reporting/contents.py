@@ -12,6 +12,7 @@ from handeye_cli.geometry import rotations
 from handeye_cli.pipeline import Steps
 from handeye_cli.records import Verification, VerificationRow
 from handeye_cli.reporting.axis_coverage import AxisCoverage, axis_coverage
+from handeye_cli.reporting.batch_light import RowLight, row_lights
 from handeye_cli.reporting.case import Case
 from handeye_cli.reporting.light import Light, judge, nearest_row
 from handeye_cli.reporting.pictures import Album, album_of
@@ -33,6 +34,7 @@ class Contents:
         axes: Of the rotations between stations.
         album: The images.
         no_album: Why there are no images, where there should be some.
+        batches: The lights of the recordings of each batch, the worst on top.
     """
 
     case: Case
@@ -44,6 +46,7 @@ class Contents:
     axes: AxisCoverage | None = None
     album: Album | None = None
     no_album: str | None = None
+    batches: tuple[tuple[RowLight, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ def contents_of(
         axes=axis_coverage(case),
         album=album,
         no_album=unreached if images and album is None and _had_images(case) else None,
+        batches=tuple(row_lights(batch, limits) for batch in case.batches),
     )
 
 

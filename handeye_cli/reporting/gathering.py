@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from handeye_cli.errors import UsageError
+from handeye_cli.errors import InputError, UsageError
 from handeye_cli.records import (
     Calibration,
     Features,
@@ -16,6 +16,7 @@ from handeye_cli.records import (
     Stations,
     Verification,
 )
+from handeye_cli.records.batch import Batch
 from handeye_cli.reporting.case import Case, Read
 
 _ONE: dict[str, type] = {
@@ -29,6 +30,7 @@ _MANY: dict[str, type] = {
     "verifications": Verification,
     "plans": Plan,
     "simulations": Simulation,
+    "batches": Batch,
 }
 """Slots that hold all documents of a kind."""
 
@@ -46,9 +48,25 @@ def gather(reads: Sequence[Read]) -> tuple[Case, ...]:
 
     Raises:
         UsageError: Two documents of one kind would have the same place in a case.
+        InputError: A page has no place for a document that was asked for.
     """
+    for read in reads:
+        if read.asked:
+            _require_place(read)
     together = (each for each in _components(reads) if any(read.asked for read in each))
     return tuple(case for each in together for case in _cases(each))
+
+
+def _require_place(read: Read) -> None:
+    kinds = (Calibration, *_ONE.values(), *_MANY.values())
+    if not isinstance(read.record, kinds):
+        names = ", ".join(kind.__name__.lower() for kind in kinds)
+        found = type(read.record).__name__.lower()
+        raise InputError(
+            f"expected a document that a page can show, found a {found} document",
+            where=read.name,
+            hint=f"kinds: {names}",
+        )
 
 
 def _components(reads: Sequence[Read]) -> list[list[Read]]:
@@ -97,6 +115,7 @@ def _case(heads: Sequence[Read], others: Sequence[Read]) -> Case:
         name=first.name,
         files=tuple((each.name, each.sha256) for each in reads),
         calibration=answers[0] if answers else None,
+        summary=next((each.summary for each in reads if each.summary is not None), None),
         **slots,
     )
 

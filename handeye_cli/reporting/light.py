@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import QualityGateError
 from handeye_cli.gates import Limits, check_limits
 from handeye_cli.records import Protocol, Verification, VerificationRow
+from handeye_cli.reporting.batch_light import RowLight, reasons, row_lights
 from handeye_cli.reporting.case import Case
+from handeye_cli.reporting.colour import Colour
 
 NOT_VERIFIED = "predicted only, not verified"
 """What is said of an answer whose error nobody looked at."""
-
-
-class Colour(StrEnum):
-    """What to do with an answer: leave it, look at it again, or use it."""
-
-    RED = "red"
-    AMBER = "amber"
-    GREEN = "green"
 
 
 @dataclass(frozen=True)
@@ -43,23 +36,31 @@ def judge(case: Case, limits: Limits) -> Light | None:
     """Return the light of a case, or None where it holds nothing that could be judged.
 
     Red: a limit is broken, a finding is an error, held-out errors contradict their prediction, or
-    there is no answer though one was looked for. Amber: there are warnings. Green otherwise.
+    there is no answer though one was looked for. Amber: there are warnings. Green otherwise. A
+    batch is as good as the worst of its recordings.
 
     Args:
         case: With all that is known of it.
         limits: What the predicted error and every row of a verification must keep.
     """
-    judged = (case.calibration, case.inspection, *case.verifications)
-    if all(each is None for each in judged):
+    if not _can_be_judged(case):
         return None
-    verified = bool(case.verifications)
-    for colour, reasons in (
-        (Colour.RED, tuple(_against(case, limits))),
-        (Colour.AMBER, _messages(case, "warning")),
+    rows = tuple(light for batch in case.batches for light in row_lights(batch, limits))
+    verified = bool(case.verifications) or any(each.row.seen_rotation is not None for each in rows)
+    for colour, against in (
+        (Colour.RED, (*_against(case, limits), *reasons(rows, Colour.RED))),
+        (Colour.AMBER, (*_messages(case, "warning"), *reasons(rows, Colour.AMBER))),
     ):
-        if reasons:
-            return Light(colour, reasons, verified)
-    return Light(Colour.GREEN, tuple(_for(case)), verified)
+        if against:
+            return Light(colour, against, verified)
+    return Light(Colour.GREEN, tuple(_for(case, rows)), verified)
+
+
+def _can_be_judged(case: Case) -> bool:
+    """Return whether an answer was found, or data were looked at that should give one."""
+    looked = case.inspection
+    judged = looked is not None and bool(looked.stations or looked.errors or case.attempted)
+    return judged or bool(case.calibration or case.verifications or case.batches or case.failure)
 
 
 def nearest_row(case: Case) -> tuple[Verification, VerificationRow] | None:
@@ -72,12 +73,18 @@ def nearest_row(case: Case) -> tuple[Verification, VerificationRow] | None:
 
 
 def broken_limits(case: Case, limits: Limits) -> tuple[str, ...]:
-    """Return what breaks the limits: of the predicted error, and of the held-out ones."""
+    """Return what breaks the limits: of predicted and held-out errors, those of batches too."""
+    lights = (light for batch in case.batches for light in row_lights(batch, limits))
+    of_batches = (text for light in lights for text in light.broken)
+    return (*_own_broken_limits(case, limits), *of_batches)
+
+
+def _own_broken_limits(case: Case, limits: Limits) -> tuple[str, ...]:
     return (*_predicted_above(case, limits), *_seen_above(case, limits))
 
 
 def _against(case: Case, limits: Limits) -> Iterator[str]:
-    yield from broken_limits(case, limits)
+    yield from _own_broken_limits(case, limits)
     yield from _messages(case, "error")
     if case.failure is not None:
         yield case.failure.message
@@ -92,10 +99,18 @@ def _contradiction(verification: Verification, row: VerificationRow) -> str:
     expected = _pair(row.predicted_rotation, row.predicted_translation)
     each = verification.protocol is Protocol.LEAVE_ONE_OUT
     where = "at stations left out one by one" if each else f"calibrated on {row.stations} stations"
-    return (
-        f"held-out errors contradict their prediction beyond chance, {where}: {seen} RMS where "
-        f"{expected} is expected"
+    how = (
+        f"{seen} RMS where {expected} is expected"
+        if _is_above(row)
+        else f"their RMS, {seen}, is no larger than the {expected} expected, but they are not "
+        "spread over stations and directions as expected"
     )
+    return f"held-out errors contradict their prediction beyond chance, {where}: {how}"
+
+
+def _is_above(row: VerificationRow) -> bool:
+    rotation, translation = row.predicted_rotation or 0.0, row.predicted_translation or 0.0
+    return row.rotation > rotation or row.translation > translation
 
 
 def _pair(rotation: float | None, translation: float | None) -> str:
@@ -106,7 +121,10 @@ def _messages(case: Case, severity: str) -> tuple[str, ...]:
     return tuple(each.message for each in case.findings if each.severity == severity)
 
 
-def _for(case: Case) -> Iterator[str]:
+def _for(case: Case, rows: tuple[RowLight, ...]) -> Iterator[str]:
+    if rows:
+        yield f"nothing speaks against any of the {len(rows)} recordings"
+        return
     yield "nothing in the data speaks against it"
     if not case.verifications:
         yield NOT_VERIFIED

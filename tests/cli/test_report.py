@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from cli.scene import stations_document
 from line.recordings import SAMPLE
 
@@ -16,8 +17,10 @@ from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.options import Mcap
 from handeye_cli.cli.report_inputs import open_library
 from handeye_cli.cli.report_options import Sources
+from handeye_cli.render.page.drawing import Pen
 
 RECORDING = SAMPLE / "recording.yaml"
+COUNT = 8
 
 
 @pytest.fixture
@@ -29,38 +32,53 @@ def here(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
-    """A copy of the sample recording."""
+    """A copy of the sample recording with some of its stations."""
     folder = tmp_path_factory.mktemp("sample") / "plate"
     shutil.copytree(RECORDING.parent, folder)
-    return folder / "recording.yaml"
+    path = folder / "recording.yaml"
+    document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    document["stations"] = document["stations"][:COUNT]
+    path.write_text(yaml.safe_dump(document), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the figures, which take long and have tests of their own."""
+    monkeypatch.setattr(Pen, "draw", lambda *_: "<svg></svg>")
 
 
 def test_a_recording_gives_everything(handeye, here, sample):
-    done = handeye("report", sample)
+    done = handeye("report", sample, "--json")
     assert done.code == 0, done.err
-    assert "written to report.html: green" in done.err
+    told = json.loads(done.out)
+    assert told["page"] == "report.html"
+    (case,) = told["cases"]
+    assert (case["name"], case["light"], case["verified"]) == (str(sample), "green", True)
+    assert "as predicted" in case["reasons"][-1]
     page = Path("report.html").read_text(encoding="utf-8")
     for section in ("verdict", "layout", "answer", "verification", "residuals", "images",
                     "stations", "inspection", "provenance"):  # fmt: skip
         assert f'<section class="{section}">' in page
-    assert page.count("data:image/jpeg") == 12
+    assert page.count("data:image/jpeg") == COUNT
     assert len(page) < 3_000_000
-    assert "12 of 12" in page
+    assert f"{COUNT} of {COUNT}" in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_documents_of_one_recording_come_together_with_their_images(handeye, here, sample):
     for words in (
         ["extract", sample, "-o", "features.yaml"],
         ["extrinsics", "features.yaml", "-o", "stations.yaml"],
         ["solve", "stations.yaml", "-o", "calibration.yaml"],
-        ["verify", "stations.yaml", "--stations", "4,6", "-o", "verification.yaml"],
+        ["verify", "stations.yaml", "--stations", "3,4", "-o", "verification.yaml"],
     ):
         assert handeye(*words).code == 0
     files = ["calibration.yaml", "verification.yaml", "features.yaml"]
     assert handeye("report", *files, "-o", "page.html").code == 0
     page = Path("page.html").read_text(encoding="utf-8")
     assert page.count("<article>") == 1
-    assert page.count("data:image/jpeg") == 12
+    assert page.count("data:image/jpeg") == COUNT
     assert "Held-out rotation error" in page
 
     recording = sample.rename(sample.with_name("elsewhere.yaml"))
@@ -93,7 +111,8 @@ def test_files_are_reached_from_the_folder_of_their_document(handeye, here, stat
     assert [each.asked for each in library.reads] == [True, False]
 
 
-def test_poses_alone_are_calibrated_verified_and_drawn_into_a_pipe(handeye, here, stations_file):
+@pytest.mark.usefixtures("undrawn")
+def test_poses_alone_are_calibrated_and_verified_into_a_pipe(handeye, here, stations_file):
     done = handeye("report", stations_file, "-o", "-")
     assert done.code == 0, done.err
     assert done.out.startswith("<!DOCTYPE html>")
@@ -103,6 +122,7 @@ def test_poses_alone_are_calibrated_verified_and_drawn_into_a_pipe(handeye, here
     assert list(here.glob("*.html")) == []
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_two_answers_stand_side_by_side(handeye, here, stations_file):
     handeye("solve", stations_file, "-o", "a.yaml")
     handeye("solve", stations_file, "--method", "tsai-lenz", "-o", "b.yaml")
@@ -113,6 +133,7 @@ def test_two_answers_stand_side_by_side(handeye, here, stations_file):
     assert "predicted only, not verified" in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_that_exists_is_replaced_by_force_only(handeye, here):
     assert handeye("plan", "--stations", "5", "--distance", "170mm", "-o", "plan.yaml").code == 0
     Path("report.html").write_text("mine", encoding="utf-8")
@@ -124,6 +145,7 @@ def test_a_page_that_exists_is_replaced_by_force_only(handeye, here):
     assert Path("report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_limit_that_is_missed_is_red_and_exit_6(handeye, here, stations_file):
     handeye("solve", stations_file, "-o", "a.yaml")
     limits = ["--max-rotation-mrad", "0.001", "--max-translation-mm", "0.002"]
@@ -136,6 +158,7 @@ def test_a_limit_that_is_missed_is_red_and_exit_6(handeye, here, stations_file):
     assert "written to report.html: red" in done.err
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_data_without_an_answer_make_a_red_page_and_exit_4(handeye, here):
     document = stations_document(6)
     for station in document["stations"]:
@@ -149,14 +172,45 @@ def test_data_without_an_answer_make_a_red_page_and_exit_4(handeye, here):
     assert '<span class="badge error">error</span>' in page
 
 
-def test_a_simulation_and_a_plan_are_shown(handeye, here):
+BATCH = """\
+schema: handeye/batch/1
+exit_code: 4
+rows:
+  - {name: cell/1.mcap, status: ok, exit_code: 0, stations: 9, used: 9,
+     seen_error: {rotation_mrad: 0.5, translation_mm: 0.75}}
+  - {name: cell/2.mcap, status: failed, exit_code: 4, message: all axes are parallel}
+"""
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_simulation_a_plan_and_a_batch_are_shown(handeye, here):
+    Path("batch.yaml").write_text(BATCH, encoding="utf-8")
     plan = ["plan", "--stations", "5", "--distance", "170mm", "-o", "plan.yaml"]
     assert handeye(*plan).code == 0
     assert handeye("simulate", "--figure", "12", "--trials", "3", "-o", "figure.yaml").code == 0
-    assert handeye("report", "plan.yaml", "figure.yaml").code == 0
+    done = handeye("report", "plan.yaml", "figure.yaml", "batch.yaml", "--json")
+    assert done.code == 0
+    lights = [(each["name"], each["light"]) for each in json.loads(done.out)["cases"]]
+    assert lights == [("plan.yaml", None), ("figure.yaml", None), ("batch.yaml", "red")]
     page = Path("report.html").read_text(encoding="utf-8")
     assert '<section class="plan">' in page
     assert "data:image/png" in page
+    for words in ("1 of 2: cell/2.mcap", "all axes are parallel", ">0.750</td>"):
+        assert words in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_robots_recording_shows_its_topics_and_the_time_of_its_images(handeye, here):
+    recording = SAMPLE.parent / "paper-plate.mcap"
+    flags = ["--setup", "eye-in-hand", "--target", "disc-grid:6x6:5mm:4mm", "--no-images"]
+    done = handeye("report", recording, *flags)
+    assert done.code == 0, done.err
+    assert "written to report.html: green" in done.err
+    page = Path("report.html").read_text(encoding="utf-8")
+    for words in ("sensor_msgs/msg/CompressedImage (cdr)", "12 pauses of the robot",
+                  "world -&gt; base_link -&gt; tool0", "Time between images and poses",
+                  "images run ahead of the robot&#x27;s poses by"):  # fmt: skip
+        assert words in page
 
 
 @pytest.mark.parametrize(
@@ -166,6 +220,8 @@ def test_a_simulation_and_a_plan_are_shown(handeye, here):
         (["none.yaml", "--method", "tsai-lens"], 2, "did you mean tsai-lenz?"),
         (["none.yaml", "-o", "missing/report.html"], 3, "missing"),
         ([], 2, "INPUT"),
+        (["none.yaml", "--json", "-o", "-"], 2, "the page or --json on stdout"),
+        ([RECORDING.with_name("truth.yaml")], 3, "found a truth document"),
     ],
 )
 def test_wrong_words(handeye, here, words, code, message):

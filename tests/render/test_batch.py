@@ -27,7 +27,7 @@ def test_the_worst_stand_on_top_and_their_reasons_below():
         ["late", "cancelled", "130"],
         ["007", "ok", "0"],
     ]
-    assert table[2][3:] == ["-/0", "-", "-", "-", "-"]
+    assert table[2][3:] == ["-/0", "-", "-", "-", "-", "-"]
     assert table[3][3:] == ["11/12", "0.810", "0.190", "0.910", "0.290", "1.2"]
     assert max(map(len, lines[: lines.index("")])) <= 80
 
@@ -37,7 +37,7 @@ def test_complaints_are_whole_lines_with_the_advice_below():
         "failed: no: nothing there",
         "gate: cells/00.mcap: calibrated on 6 stations: the errors contradict the prediction",
         "gate: cells/00.mcap: few-stations, time-offset",
-        "gate: cells/00.mcap: the errors seen are larger than predicted, beyond chance",
+        "gate: cells/00.mcap: the errors seen contradict the prediction, beyond chance",
         "  look at it",
     ]
 

@@ -16,13 +16,18 @@ from handeye_cli.gates import Limits
 from handeye_cli.pipeline import Steps
 from handeye_cli.plan import plan
 from handeye_cli.records import Inspection, ProvenanceStep
+from handeye_cli.records.batch import Batch, BatchRow, BatchStatus
+from handeye_cli.records.moving import TimeOffset
+from handeye_cli.records.recording_summary import RecordingSummary, TopicSummary, UsedParts
 from handeye_cli.render.calibration import show_calibration
+from handeye_cli.render.page.drawing import Pen
 from handeye_cli.render.page.markup import table, text
 from handeye_cli.render.page.page import html_page
 from handeye_cli.render.page.sections import SECTIONS
 from handeye_cli.render.page.telling import Teller
 from handeye_cli.render.residuals import show_residuals
 from handeye_cli.reporting.case import Case
+from handeye_cli.reporting.colour import Colour
 from handeye_cli.reporting.contents import contents_of, distances
 from handeye_cli.reporting.pictures import Album, Picture
 from handeye_cli.simulate.figures import simulate_figures
@@ -89,7 +94,19 @@ def full_case():
         inspection=Inspection(Setup.EYE_IN_HAND, rows),
         plans=(plan(5, distance=0.17, tilt=np.radians(30), verification=2),),
         simulations=(simulate_figures([12], PAPER, 4, 0),),
+        batches=(batch(),),
+        remarks=(EVIL,),
     )
+
+
+def batch():
+    """A batch of one good recording and one that failed."""
+    return Batch((
+        BatchRow("good.mcap", stations=8, used=7, predicted_rotation=1e-3, seen_rotation=2e-3,
+                 seen_translation=3e-3, calibration="answers/good.yaml"),
+        BatchRow(EVIL, BatchStatus.FAILED, 4, message=EVIL, advice="look again",
+                 findings=("plate-bowed",)),
+    ))  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -124,8 +141,20 @@ def test_the_page_loads_nothing(full):
     assert addresses <= {"http://www.w3.org/1999/xlink", "http://www.w3.org/2000/svg"}
 
 
-def test_what_a_figure_points_at_is_there_and_no_name_is_used_twice():
-    reader = Reader(page_of(cases.case(), cases.case()))
+@pytest.fixture(scope="module")
+def both():
+    """A page of two answers."""
+    return page_of(cases.case(), cases.case(Setup.EYE_TO_HAND))
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the figures, which take long."""
+    monkeypatch.setattr(Pen, "draw", lambda *_: "<svg></svg>")
+
+
+def test_what_a_figure_points_at_is_there_and_no_name_is_used_twice(both):
+    reader = Reader(both)
     assert len(reader.ids) == len(set(reader.ids))
     pointed = {link[1:] for link in reader.links if link.startswith("#")}
     assert pointed
@@ -153,14 +182,15 @@ def test_the_numbers_of_the_answer_are_on_the_page(full):
     assert "1.100 mrad and 0.120 mm" in words
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_answer_that_was_not_verified_says_so():
     words = "".join(Reader(page_of(cases.case())).words)
     assert "predicted only, not verified" in words
 
 
-def test_answers_stand_side_by_side():
+@pytest.mark.usefixtures("undrawn")
+def test_answers_stand_side_by_side(both):
     alone = page_of(cases.case())
-    both = page_of(cases.case(), cases.case(Setup.EYE_TO_HAND))
     assert 'class="summary"' not in alone
     assert 'class="summary"' in both
     assert Reader(both).tags.count("article") == 2
@@ -168,6 +198,7 @@ def test_answers_stand_side_by_side():
     assert 'class="summary"' not in plan_beside
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_documents_without_an_answer_make_a_page():
     for lone in (
         Case("features.yaml", features=cases.shot().features),
@@ -179,6 +210,50 @@ def test_documents_without_an_answer_make_a_page():
         assert Reader(page_of(lone)).tags.count("section") >= 1
 
 
+def test_a_batch_shows_a_light_for_every_recording_and_what_the_lights_mean():
+    page = page_of(Case("batch.yaml", batches=(batch(),)))
+    words = " ".join(Reader(page).words)
+    assert "Do not rely on all of these" in words
+    assert "no answer, or none that could be verified: 1 of 2: " in words
+    rows = re.findall(r"<tr><th scope=\"row\">(.*?)</th>(.*?)</tr>", page)
+    cells = [re.findall(r"<td.*?>(.*?)</td>", row) for _, row in rows[:2]]
+    assert [row[0] for row in cells] == [
+        '<span class="lamp red small">red</span>',
+        '<span class="lamp green small">green</span>',
+    ]
+    assert cells[1][1:] == ["ok", "0", "7/8", "1.000", "-", "2.000", "3.000", "answers/good.yaml"]
+    for told in (
+        "Green: an answer whose errors",
+        "Exit codes: 0 done",
+        "look again",
+        "plate-bowed",
+    ):
+        assert told in words
+
+
+def test_a_batch_is_red_where_a_recording_breaks_a_limit_of_the_report():
+    good = Case("batch.yaml", batches=(Batch(batch().rows[:1]),))
+    assert contents_of(good, Limits(), Steps()).light.colour is Colour.GREEN
+    contents = contents_of(good, Limits(rotation_mrad=1.5), Steps())
+    page = html_page([contents], [None])
+    assert contents.light.colour is Colour.RED
+    assert "good.mcap: expected a seen rotation error up to 1.5 mrad, found 2.000" in page
+
+
+def test_a_named_recording_shows_its_topics():
+    used = UsedParts(image_topic="/wrist/image")
+    topic = TopicSummary("/wrist/image", "sensor_msgs/msg/Image", "cdr", 23, 5.0, "image")
+    summary = RecordingSummary(4.6, False, (topic,), (), (), True, used, (), "handeye solve a.mcap")
+    case = Case("a.mcap", summary=summary)
+    assert "sensor_msgs/msg/Image" in page_of(case)
+    time = TimeOffset(-0.038, 0.003, 0.001, 22)
+    looked = Inspection(Setup.EYE_IN_HAND, (), recording=summary, time_offset=time)
+    page = page_of(replace(case, inspection=looked))
+    assert "Topics of the recording (4.6 s)" in page
+    assert "-38.00 +- 3.00" in page
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_images_show_what_was_found_and_what_is_lost():
     station = cases.shot().features.stations[0]
     grey = np.full((480, 640), 120, np.uint8)

@@ -37,6 +37,13 @@ MEASURE = (
     "document.querySelector('svg').getBoundingClientRect().width)</script></body>"
 )
 
+WIDTHS = (390, 1200)
+GATHER = (
+    "<script>window.onload=()=>{for(const frame of document.querySelectorAll('iframe')){"
+    "const found=frame.contentDocument.body.dataset;"
+    "document.body.append(`measured ${found.width} ${found.figure};`)}}</script>"
+)
+
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="needs Chromium")
 
 
@@ -48,13 +55,19 @@ def page(tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def profile(tmp_path_factory):
+    """A folder for what the browser keeps from one start to the next."""
+    return tmp_path_factory.mktemp("profile")
+
+
 @pytest.fixture
-def browse(tmp_path):
+def browse(tmp_path, profile):
     """Open a page; returns stdout after checking that the browser found nothing wrong."""
 
     def run(page, *flags):
         done = subprocess.run(
-            [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", *flags, page.as_uri()],
+            [BROWSER, *FLAGS, f"--user-data-dir={profile}", *flags, page.as_uri()],
             capture_output=True,
             text=True,
             check=True,
@@ -84,24 +97,19 @@ def test_light_and_dark(page, browse, tmp_path, scheme, dark):
     assert 0.005 < apart.mean() < 0.2
 
 
-@pytest.mark.parametrize("width", [390, 1200])
-def test_nothing_is_wider_than_the_window(page, browse, tmp_path, width):
-    measured = tmp_path / "measured.html"
+def test_nothing_is_wider_than_the_window(page, browse, tmp_path):
     html = re.sub(r"<meta http-equiv=.*?>", "", page.read_text(encoding="utf-8"))
-    measured.write_text(html.replace("</body>", MEASURE), encoding="utf-8")
+    (tmp_path / "measured.html").write_text(html.replace("</body>", MEASURE), encoding="utf-8")
     # a window may be wider than what was asked for, but a frame is not
     frame = tmp_path / "frame.html"
-    frame.write_text(
-        f'<body><iframe id="f" src="measured.html" width="{width}" height="800" frameborder="0">'
-        "</iframe><script>window.onload=()=>{const inner=document.getElementById('f')"
-        ".contentDocument.body.dataset;document.body.dataset.width=inner.width;"
-        "document.body.dataset.figure=inner.figure}</script></body>",
-        encoding="utf-8",
-    )
+    frames = "".join(f'<iframe src="measured.html" width="{width}"></iframe>' for width in WIDTHS)
+    frame.write_text(f"<body>{frames}{GATHER}</body>", encoding="utf-8")
     dom = browse(frame, "--dump-dom", "--allow-file-access-from-files", "--window-size=1300,900")
-    found = {name: int(value) for name, value in re.findall(r'data-(\w+)="(\d+)"', dom)}
-    assert found["width"] <= width
-    assert found["figure"] > (300 if width == 390 else 450)
+    found = re.findall(r"measured (\d+) (\d+);", dom)
+    assert len(found) == len(WIDTHS)
+    for width, (wide, drawn) in zip(WIDTHS, found, strict=True):
+        assert int(wide) <= width
+        assert int(drawn) > (300 if width == 390 else 450)
 
 
 def test_on_paper_it_is_light_and_a_few_pages(page, browse, tmp_path):

@@ -14,8 +14,9 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.pipeline import Steps
 from handeye_cli.records import Protocol, Station, Stations, UncertainPose
 from handeye_cli.reporting.case import Case
-from handeye_cli.reporting.completing import Way, complete
+from handeye_cli.reporting.completing import complete
 from handeye_cli.reporting.contents import contents_of, distances
+from handeye_cli.reporting.verifying import Way
 
 WAY = Way(Steps(workers=1), "maximum-likelihood", "star")
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from reporting.cases import calibration, left_out, shot, stations, verification
 
-from handeye_cli.errors import UsageError
+from handeye_cli.conventions import Setup
+from handeye_cli.errors import InputError, UsageError
 from handeye_cli.records import Plan, ProvenanceStep
+from handeye_cli.records.batch import Batch, BatchRow
+from handeye_cli.records.truth import Truth
 from handeye_cli.reporting.case import Read
 from handeye_cli.reporting.gathering import gather
 
@@ -116,3 +120,18 @@ def test_recordings_made_from_one_plan_have_nothing_in_common():
     )  # fmt: skip
     assert one.root == "a"
     assert [case.name for case in gather([one, other])] == ["a.yaml", "b.yaml"]
+
+
+def test_a_document_that_no_page_shows_is_refused_when_asked_for():
+    pose = np.eye(4)
+    truth = read("truth.yaml", Truth(Setup.EYE_IN_HAND, pose, pose, (), 0, 0.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"truth\.yaml.*found a truth document"):
+        gather([ANSWER, truth])
+    (case,) = gather([ANSWER, replace(truth, asked=False)])
+    assert case.name == "answer"
+
+
+def test_a_batch_is_a_case_of_its_own():
+    batch = read("tonight", Batch((BatchRow("a.mcap"),)))
+    cases = gather([ANSWER, batch])
+    assert [(each.name, len(each.batches)) for each in cases] == [("answer", 0), ("tonight", 1)]

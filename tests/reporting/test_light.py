@@ -11,10 +11,14 @@ from handeye_cli.conventions import Setup
 from handeye_cli.errors import ConvergenceError
 from handeye_cli.gates import Limits
 from handeye_cli.records import Inspection, PredictedError
+from handeye_cli.records.batch import Batch, BatchRow, BatchStatus
+from handeye_cli.reporting.batch_light import row_lights
 from handeye_cli.reporting.case import Case
-from handeye_cli.reporting.light import NOT_VERIFIED, Colour, broken_limits, judge, nearest_row
+from handeye_cli.reporting.colour import Colour
+from handeye_cli.reporting.light import NOT_VERIFIED, broken_limits, judge, nearest_row
 
 NONE = Limits()
+OK = BatchStatus.OK
 
 
 def case(*findings, verifications=(), **others):
@@ -119,3 +123,60 @@ def test_the_nearest_row_calibrates_on_most_stations():
     _, row = nearest_row(case(verifications=(left_out(), verification(count=5))))
     assert row.stations == left_out().rows[0].stations
     assert nearest_row(case()) is None
+
+
+def test_errors_no_larger_than_expected_can_be_spread_beyond_chance():
+    quiet = verification(consistent=False, rotation=1e-3)
+    (reason,) = judge(case(verifications=(quiet,)), NONE).reasons
+    assert "1.000 mrad" in reason
+    assert "no larger than the 1.100 mrad" in reason
+    loud = verification(consistent=False, rotation=1.2e-3)
+    (reason,) = judge(case(verifications=(loud,)), NONE).reasons
+    assert "1.200 mrad and 0.100 mm RMS where 1.100 mrad" in reason
+
+
+def test_a_recording_that_was_only_looked_into_has_no_light():
+    assert judge(Case("a", inspection=Inspection(None, ())), NONE) is None
+    unread = Inspection(None, (), diagnosis=(finding("error", "no images"),))
+    light = judge(Case("a", inspection=unread), NONE)
+    assert light.colour is Colour.RED
+    assert light.reasons == ("no images",)
+
+
+def rows(*statuses):
+    return Batch(tuple(BatchRow(f"{i}.mcap", status) for i, status in enumerate(statuses)))
+
+
+@pytest.mark.parametrize(
+    ("statuses", "colour", "words"),
+    [
+        ((OK, OK), Colour.GREEN, "any of the 2 recordings"),
+        ((OK, BatchStatus.WARNINGS), Colour.AMBER, "to be looked at: 1 of 2: 1.mcap"),
+        ((OK, BatchStatus.CANCELLED), Colour.AMBER, "interrupted: 1 of 2: 1.mcap"),
+        ((BatchStatus.WARNINGS, BatchStatus.GATE), Colour.RED, "limit was missed: 1 of 2: 1.mcap"),
+        ((BatchStatus.FAILED,) * 7, Colour.RED, "7 of 7: 0.mcap, 1.mcap, 2.mcap, 3.mcap, 4.mcap "
+         "and 2 more"),
+    ],
+)  # fmt: skip
+def test_a_batch_is_as_good_as_the_worst_of_its_recordings(statuses, colour, words):
+    light = judge(Case("batch.yaml", batches=(rows(*statuses),)), NONE)
+    assert light.colour is colour
+    assert words in light.reasons[0]
+    assert not light.verified
+
+
+def test_recordings_above_a_limit_of_the_report_are_red_and_stand_on_top():
+    near, far = (
+        BatchRow("near", predicted_translation=1e-3, seen_translation=1e-3),
+        BatchRow("far", BatchStatus.WARNINGS, predicted_translation=3e-3, seen_translation=4e-3),
+    )
+    batch, limits = Batch((near, far)), Limits(translation_mm=2.0)
+    lights = row_lights(batch, limits)
+    assert [(each.row.name, each.colour) for each in lights] == [
+        ("far", Colour.RED),
+        ("near", Colour.GREEN),
+    ]
+    assert broken_limits(Case("batch.yaml", batches=(batch,)), limits) == (
+        "far: expected a predicted translation error up to 2 mm, found 3.000",
+        "far: expected a seen translation error up to 2 mm, found 4.000",
+    )

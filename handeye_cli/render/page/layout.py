@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 HEADING = "Stations"
 
+_SIZE = (4.6, 4.1)
+"""Width and height of a figure, inches: small, so that its letters are large on a phone."""
 _FRAMES = {"base": "the robot's base", "target": "the target"}
 
 
@@ -34,14 +36,14 @@ def scene_figure(scene: Scene, desk: Desk) -> str:
     def act(sheet: Figure) -> None:
         # over the whole sheet: the corners of a box in space leave room enough
         sheet.set_layout_engine("none")
-        draw_scene(sheet.add_axes((-0.05, 0.01, 1.06, 1.03), projection="3d"), scene)
+        draw_scene(sheet.add_axes((-0.08, 0.01, 1.06, 1.03), projection="3d"), scene)
 
     what = "Cameras and plate" if len(scene.plates) == 1 else "Camera and plates"
     words = f"{what} in the frame of {_FRAMES[scene.frame]}"
     bars = "; bars join the pairs of stations that the closed form uses" if len(scene.pairs) else ""
     some = "" if scene.total == len(scene.names) else f"; {len(scene.names)} of {scene.total}"
     robot = ", grippers in thin lines" if len(scene.grippers) else ""
-    return figure(desk.pen.draw(act, (5.2, 4.6), words), f"{words}{robot}{bars}{some}.")
+    return figure(desk.pen.draw(act, _SIZE, words), f"{words}{robot}{bars}{some}.")
 
 
 def _axes_figure(axes: AxisCoverage, desk: Desk) -> str:
@@ -53,4 +55,4 @@ def _axes_figure(axes: AxisCoverage, desk: Desk) -> str:
         f"{words}, seen from above its z axis; large dots are large rotations, and an answer is "
         "as good as the axes are apart."
     )
-    return figure(desk.pen.draw(act, (5.2, 4.6), words), caption)
+    return figure(desk.pen.draw(act, _SIZE, words), caption)

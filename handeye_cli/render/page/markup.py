@@ -9,6 +9,12 @@ from collections.abc import Iterable, Sequence
 from handeye_cli.render.text import printable
 
 
+class Markup(str):
+    """A cell of a table that is markup already."""
+
+    __slots__ = ()
+
+
 def text(words: str) -> str:
     """Return text as it may stand in an element or an attribute."""
     return html.escape(printable(words))
@@ -29,6 +35,16 @@ def element(tag: str, content: str, css: str = "") -> str:
 def paragraph(words: str, css: str = "") -> str:
     """Return a paragraph of text; nothing for no words."""
     return element("p", text(words), css)
+
+
+def lamp(colour: str, css: str = "") -> Markup:
+    """Return a lamp of a traffic light with the name of its colour in it.
+
+    Args:
+        colour: `red`, `amber` or `green`.
+        css: Names of further classes.
+    """
+    return Markup(f'<span class="{" ".join(["lamp", colour, css]).strip()}">{colour}</span>')
 
 
 def bullets(items: Iterable[str], css: str = "") -> str:
@@ -66,9 +82,13 @@ def table(
 
 def _row(row: Sequence[str], look: Sequence[str]) -> str:
     cells = "".join(
-        f"<td{css}>{text(cell)}</td>" for css, cell in zip(look[1:], row[1:], strict=True)
+        f"<td{css}>{_cell(cell)}</td>" for css, cell in zip(look[1:], row[1:], strict=True)
     )
-    return f'<tr><th scope="row"{look[0]}>{text(row[0])}</th>{cells}</tr>\n'
+    return f'<tr><th scope="row"{look[0]}>{_cell(row[0])}</th>{cells}</tr>\n'
+
+
+def _cell(cell: str) -> str:
+    return cell if isinstance(cell, Markup) else text(cell)
 
 
 def _lines(cell: str) -> str:

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 HEADING = "Residuals"
 
+_BARS, _PLANE = (4.6, 2.4), (4.6, 3.7)
+"""Width and height of figures, inches."""
+
 
 def body(contents: Contents, desk: Desk) -> str:
     """Return residuals by station, over the image, and over the plate."""
@@ -57,7 +60,7 @@ def _bars(
     dots = "; dots: its error when it takes no part in the calibration" if left_out else ""
     unused = not all(each.used for each in stations)
     cross = " A cross marks a station that was not used." if unused else ""
-    return figure(desk.pen.draw(act, (5.2, 2.7), words), f"{words}{dots}.{cross}")
+    return figure(desk.pen.draw(act, _BARS, words), f"{words}{dots}.{cross}")
 
 
 def _arrows(residuals: PixelResiduals, desk: Desk) -> str:
@@ -72,6 +75,6 @@ def _arrows(residuals: PixelResiduals, desk: Desk) -> str:
     image = f"{words}: their mean in every cell, {rms} px RMS. A pattern speaks against the lens."
     beside = "The same on the plate"
     plate = f"{beside}: the mean at every point. A pattern speaks against the plate's shape."
-    return figure(desk.pen.draw(over_image, (5.2, 4.2), words), image) + figure(
-        desk.pen.draw(over_plate, (5.2, 4.2), beside), plate
+    return figure(desk.pen.draw(over_image, _PLANE, words), image) + figure(
+        desk.pen.draw(over_plate, _PLANE, beside), plate
     )

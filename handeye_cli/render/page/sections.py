@@ -11,6 +11,7 @@ from handeye_cli.reporting.contents import Contents
 
 SECTIONS = {
     "verdict": "handeye_cli.render.page.verdict",
+    "batch": "handeye_cli.render.page.batch",
     "findings": "handeye_cli.render.page.findings",
     "layout": "handeye_cli.render.page.layout",
     "answer": "handeye_cli.render.page.answer",

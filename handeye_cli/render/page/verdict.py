@@ -10,10 +10,11 @@ from handeye_cli.conventions import MM
 from handeye_cli.geometry import rotations
 from handeye_cli.records import Calibration, PredictedError, VerificationRow
 from handeye_cli.render.page.desk import Desk
-from handeye_cli.render.page.markup import bullets, element, paragraph, text
+from handeye_cli.render.page.markup import bullets, element, lamp, paragraph, text
 from handeye_cli.render.text import count, fixed, mm, mrad
+from handeye_cli.reporting.colour import Colour
 from handeye_cli.reporting.contents import Contents
-from handeye_cli.reporting.light import NOT_VERIFIED, Colour, Light
+from handeye_cli.reporting.light import NOT_VERIFIED, Light
 
 HEADING = "Verdict"
 
@@ -22,6 +23,7 @@ _SENTENCES = {
     Colour.AMBER: "Usable, with reservations",
     Colour.GREEN: "Good to use",
 }
+_OF_SEVERAL = "Do not rely on all of these"
 
 
 def body(contents: Contents, _: Desk) -> str:
@@ -31,7 +33,7 @@ def body(contents: Contents, _: Desk) -> str:
     tiles = list(_tiles(contents))
     if light is None and not tiles:
         return ""
-    shown = "" if light is None else _light(light)
+    shown = "" if light is None else _light(light, several=bool(case.batches))
     if answer is not None:
         shown += _place(answer)
     shown += element("div", "".join(tiles), "tiles")
@@ -44,12 +46,12 @@ def body(contents: Contents, _: Desk) -> str:
     return shown
 
 
-def _light(light: Light) -> str:
+def _light(light: Light, *, several: bool) -> str:
     doubt = "" if light.verified or NOT_VERIFIED in light.reasons else f" ({NOT_VERIFIED})"
-    sentence = f"{_SENTENCES[light.colour]}{doubt}"
+    red = several and light.colour is Colour.RED
+    sentence = f"{_OF_SEVERAL if red else _SENTENCES[light.colour]}{doubt}"
     words = element("strong", text(sentence)) + bullets(light.reasons)
-    lamp = f'<span class="lamp {light.colour}">{light.colour}</span>'
-    return element("div", lamp + element("div", words), f"light {light.colour}")
+    return element("div", lamp(light.colour) + element("div", words), f"light {light.colour}")
 
 
 def _place(answer: Calibration) -> str:

@@ -8,7 +8,7 @@ from handeye_cli.records import Verification
 from handeye_cli.render.page.desk import Desk
 from handeye_cli.render.page.figures.counts import draw_counts
 from handeye_cli.render.page.figures.quantity import QUANTITIES, Quantity
-from handeye_cli.render.page.markup import element, figure
+from handeye_cli.render.page.markup import element, figure, paragraph
 from handeye_cli.render.verification import show_verification
 from handeye_cli.reporting.contents import Contents
 
@@ -17,14 +17,22 @@ if TYPE_CHECKING:
 
 HEADING = "Verification"
 
+_SIZE = (4.6, 2.9)
+"""Width and height of a figure, inches."""
+
 
 def body(contents: Contents, desk: Desk) -> str:
-    """Return the figure, where there are several numbers of stations, and every table."""
+    """Return the figures, where there are several numbers of stations, and every table."""
     found = contents.case.verifications
     numbers = {row.stations for each in found for row in each.rows}
     shown = "".join(_figure(found, each, desk) for each in QUANTITIES) if len(numbers) > 1 else ""
-    return element("div", shown, "figures") + "".join(
-        element("div", desk.teller.tell(show_verification, each), "part") for each in found
+    remarks = "".join(paragraph(each, "note") for each in contents.case.remarks)
+    return (
+        element("div", shown, "figures")
+        + remarks
+        + "".join(
+            element("div", desk.teller.tell(show_verification, each), "part") for each in found
+        )
     )
 
 
@@ -34,4 +42,4 @@ def _figure(found: tuple[Verification, ...], quantity: Quantity, desk: Desk) -> 
 
     words = f"Held-out {quantity.name} error against the number of stations calibrated on"
     caption = f"{words}, and what was expected there. A ring is beyond chance."
-    return figure(desk.pen.draw(act, (5.2, 3.2), words), caption)
+    return figure(desk.pen.draw(act, _SIZE, words), caption)

@@ -16,6 +16,8 @@ from handeye_cli.reporting.scene import Scene
 _MOST_NAMES = 30
 """Stations whose names are written beside them."""
 _CLEAR = (1.0, 1.0, 1.0, 0.0)
+_GAP = "\N{NO-BREAK SPACE}"
+"""Before a name, so that it does not lie on what it names."""
 
 
 def draw_scene(axes: Any, scene: Scene) -> None:
@@ -35,10 +37,10 @@ def draw_scene(axes: Any, scene: Scene) -> None:
     for direction, colour in enumerate((RED, GREEN, BLUE)):
         _lines(axes, scene.base[:, direction] / MM, color=colour, linewidth=2.0)
     for place in scene.base[:, 0, 0] / MM:
-        axes.text(*place, "base", fontsize=8, color=INK)
+        axes.text(*place, f"{_GAP}base", fontsize=8, color=INK, va="top")
     if len(scene.names) <= _MOST_NAMES:
         for place, name in zip(scene.places / MM, scene.names, strict=True):
-            axes.text(*place, short(name), fontsize=7, color=INK)
+            axes.text(*place, f"{_GAP}{short(name)}", fontsize=7, color=INK)
 
 
 def _frame(axes: Any, scene: Scene) -> None:
