@@ -9,7 +9,7 @@ import numpy as np
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry import se3
-from handeye_cli.records import FloatArray, IntArray, Noise, Station, Stations
+from handeye_cli.records import FloatArray, IntArray, Noise, Stations
 
 MIN_STATIONS = 3
 
@@ -29,6 +29,8 @@ class Chain:
             intrinsics that all of them rest on; m is 0 where the intrinsics are taken as exact.
         robot_covariance: (N, 6, 6) of the perturbation of base_T_gripper that is known beside the
             robot's noise, or None.
+        shared_error: (N, 6) perturbation of base_T_gripper by one standard deviation of an error
+            that all robot poses share, or None.
     """
 
     index: IntArray
@@ -39,6 +41,7 @@ class Chain:
     has_covariance: bool
     by_intrinsics: FloatArray
     robot_covariance: FloatArray | None = None
+    shared_error: FloatArray | None = None
 
     def part(self, rows: slice | IntArray) -> Chain:
         """Return the chain of some of its stations."""
@@ -51,7 +54,24 @@ class Chain:
             camera_covariance=self.camera_covariance[rows],
             by_intrinsics=self.by_intrinsics[rows],
             robot_covariance=None if self.robot_covariance is None else self.robot_covariance[rows],
+            shared_error=None if self.shared_error is None else self.shared_error[rows],
         )
+
+    @property
+    def by_shared_error(self) -> FloatArray:
+        """(N, 6, k) how the A_i move with k independent errors of unit variance; k is 0 or 1."""
+        if self.shared_error is None:
+            return np.zeros((len(self.A), 6, 0))
+        return np.asarray(self.by_robot @ self.shared_error[..., None])
+
+    def shared_covariance(self, influence: FloatArray) -> FloatArray:
+        """Return the (p, p) covariance that the robot poses' shared error gives to a result.
+
+        Args:
+            influence: (N, p, 12) how it moves with each station's poses.
+        """
+        moved = (influence[..., :6] @ self.by_shared_error).sum(axis=0)
+        return np.asarray(moved @ moved.T)
 
 
 def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
@@ -77,6 +97,7 @@ def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
         )
     robot = np.array([pose for _, pose, _ in usable])
     covariances = [seen.covariance for _, _, seen in usable]
+    used = [stations.stations[i] for i, _, _ in usable]
     eye_in_hand = stations.setup is Setup.EYE_IN_HAND
     return Chain(
         index=np.array([i for i, _, _ in usable]),
@@ -88,15 +109,16 @@ def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
         camera_covariance=np.array([np.zeros((6, 6)) if C is None else C for C in covariances]),
         has_covariance=all(C is not None for C in covariances),
         by_intrinsics=np.zeros((len(robot), 6, 0)),
-        robot_covariance=_robot_covariance([stations.stations[i] for i, _, _ in usable]),
+        robot_covariance=_together([each.robot_covariance for each in used], (6, 6)),
+        shared_error=_together([each.shared_error for each in used], (6,)),
     )
 
 
-def _robot_covariance(stations: list[Station]) -> FloatArray | None:
-    known = [station.robot_covariance for station in stations]
+def _together(known: list[FloatArray | None], shape: tuple[int, ...]) -> FloatArray | None:
+    """Return what is known of N stations as one array, zero where it is not; None without any."""
     if all(each is None for each in known):
         return None
-    return np.array([np.zeros((6, 6)) if each is None else each for each in known])
+    return np.array([np.zeros(shape) if each is None else each for each in known])
 
 
 def has_pixels(stations: Stations, chain: Chain) -> bool:

@@ -23,7 +23,8 @@ class Estimate:
         influence: (N, 12, 12) how X and Z move with each station's poses.
         with_intrinsics: (12, m) covariance of X and Z with the m errors of unit variance in the
             intrinsics of `camera`; those of `Chain.by_intrinsics` for poses that rest on it.
-        shared: (12, 12) covariance of X and Z that the intrinsics cause.
+        shared: (12, 12) covariance of X and Z that the intrinsics, and an error that all robot
+            poses share, cause.
         camera: The intrinsics, refined where they were uncertain.
         findings: What the estimation has to say about the data.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from handeye_cli import solvers
@@ -39,7 +41,8 @@ def best_estimate(chain: Chain, pairs: IntArray, stations: Stations, method: str
     """Estimate the answer from all that a document holds on a chain's stations.
 
     Maximum likelihood goes back to the pixels where there are any. Where the intrinsics come with a
-    covariance as well, their error is part of the estimate's, by every method.
+    covariance as well, their error is part of the estimate's, by every method; so is an error that
+    all robot poses share.
 
     Args:
         chain: The stations to use.
@@ -62,9 +65,11 @@ def best_estimate(chain: Chain, pairs: IntArray, stations: Stations, method: str
     if from_pixels and method == _FROM_PIXELS:
         from handeye_cli import joint
 
-        return joint.refine(stations, chain, solution, model)
-    influence = solvers.load(method).influence(problem, solution)
-    return _by_poses(chain, stations, solution, model, influence)
+        found = joint.refine(stations, chain, solution, model)
+    else:
+        influence = solvers.load(method).influence(problem, solution)
+        found = _by_poses(chain, stations, solution, model, influence)
+    return replace(found, shared=found.shared + chain.shared_covariance(found.influence))
 
 
 def _by_poses(

@@ -95,10 +95,13 @@ def _start(data: PixelData, start: Solution, count: int) -> JointState:
 
 def _noise(stations: Stations, chain: Chain, result: JointResult, before: NoiseModel) -> NoiseModel:
     linear = result.linear
-    residuals, design = _whitened(linear.information, linear.gradient)
-    beside = np.zeros((len(residuals), linear.design.shape[-1]))
-    beside[:, 12:] = design
-    loops = Loops(linear.residuals, linear.design, linear.by_poses, residuals, beside)
+    residuals, of_intrinsics = _whitened(linear.information, linear.gradient)
+    by_robot = linear.by_poses[..., :6] @ chain.by_shared_error
+    design = np.concatenate([linear.design, by_robot], axis=-1)
+    beside = np.eye(design.shape[-1])[12:]
+    beside[: len(residuals), 12 : 12 + len(residuals)] = of_intrinsics
+    residuals = np.concatenate([residuals, np.zeros(by_robot.shape[-1])])
+    loops = Loops(linear.residuals, design, linear.by_poses, residuals, beside)
     seen = replace(chain, camera_covariance=linear.camera_covariance, has_covariance=True)
     return noise_of_loops(seen, stations.noise, loops, before.noise)
 

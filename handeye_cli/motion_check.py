@@ -11,11 +11,12 @@ import numpy as np
 from handeye_cli.chain import MIN_STATIONS, Chain
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.geometry import statistics
+from handeye_cli.geometry import rotations, statistics
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.observability import (
     MotionSpread,
     ScrewScale,
+    half_turns,
     motion_spread,
     screw_scale,
 )
@@ -152,27 +153,50 @@ def _check_scale(scale: ScrewScale) -> None:
 
 
 def check_agreement(chain: Chain, solution: Solution) -> None:
-    """Check that the stations agree on a rough solution.
+    """Check that the stations agree on a rough solution, and on no other one.
 
     Raises:
         UndeterminedError: They see the target turned or moved against each other by more than any
-            noise.
+            noise, or fit another answer as well.
     """
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
     turned = statistics.median(np.linalg.norm(residuals[:, 3:], axis=1))
     moved = statistics.median(np.linalg.norm(residuals[:, :3], axis=1))
     away = statistics.median(np.linalg.norm(chain.B[:, :3, 3], axis=1))
+    if turned <= _CONTRADICTION and moved <= _MOVED * away:
+        _check_single(chain, solution)
+        return
     if turned > _CONTRADICTION:
         found = f"turned by {np.degrees(turned):.1f} deg"
-    elif moved > _MOVED * away:
-        found = f"moved by {1e3 * moved:.0f} mm at a distance of {1e3 * away:.0f} mm"
     else:
-        return
+        found = f"moved by {1e3 * moved:.0f} mm at a distance of {1e3 * away:.0f} mm"
     raise UndeterminedError(
         f"expected all stations to see the target in one place, found it {found} in the median",
         hint="check --robot-poses (gripper-in-base or base-in-gripper), --quaternion-order, "
         "--pose-units and --setup",
     )
+
+
+def _check_single(chain: Chain, solution: Solution) -> None:
+    """Refuse half turns that leave two answers; what looks for the other is loaded for them."""
+    if not half_turns(chain.A[:, :3, :3]).any():
+        return
+    from handeye_cli.diagnosis.second_answer import second_answer
+
+    other = second_answer(chain, solution)
+    if other is None:
+        return
+    places = [f"({_numbers(1e3 * each.X[:3, 3])}) mm" for each in (solution, other)]
+    turn = np.degrees(float(rotations.angle(solution.X[:3, :3].T @ other.X[:3, :3])))
+    raise UndeterminedError(
+        "expected stations that fit one answer, found two or more, as half turns allow: the camera "
+        f"is at {places[0]}, or turned by {turn:.0f} deg against that and at {places[1]}",
+        hint="add stations that are turned from the others by 20 to 150 deg, about different axes",
+    )
+
+
+def _numbers(values: FloatArray) -> str:
+    return ", ".join(f"{value:.1f}" for value in np.round(values, 1) + 0.0)
 
 
 def check_distances(solution: Solution, setup: Setup) -> None:

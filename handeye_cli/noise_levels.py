@@ -76,10 +76,12 @@ def noise_model(
         start: Levels to start the estimation from; the size of the residuals when not given.
     """
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    shared = chain.by_intrinsics.shape[-1]
+    by_errors = loop.by_camera @ chain.by_intrinsics, loop.by_robot @ chain.by_shared_error
+    design = np.concatenate([loop.by_unknowns, *by_errors], axis=-1)
+    shared = design.shape[-1] - 12
     loops = Loops(
         residuals=loop.residuals,
-        design=np.concatenate([loop.by_unknowns, loop.by_camera @ chain.by_intrinsics], axis=-1),
+        design=design,
         by_poses=np.concatenate([loop.by_robot, loop.by_camera], axis=-1),
         other_residuals=np.zeros(shared),
         other_design=np.eye(shared, 12 + shared, 12),

@@ -150,7 +150,11 @@ def noise_of_others(
             camera_rotation=_first(given.camera_rotation, known.camera_rotation),
             camera_translation=_first(given.camera_translation, known.camera_translation),
         )
-    return noise_model(others, levels, solution).covariance
+    covariance = noise_model(others, levels, solution).covariance
+    # with that of the answer it would partly cancel: counted by itself, it is never too small
+    shared = others.by_shared_error
+    covariance[:, :6, :6] += shared @ np.swapaxes(shared, -1, -2)
+    return covariance
 
 
 def _first(level: float | None, otherwise: float | None) -> float:

@@ -2,7 +2,8 @@
 
 Both rest on frames along the robot's way. Where it pauses, the time is told and nothing else
 changes. Where it does not, the frames are the stations: each gets the robot's pose at the corrected
-time, whose covariance is what the uncertainty of that time makes of the robot's velocity.
+time. The robot's velocity makes errors of it: of the scatter of the images' times one of each
+station's own, and of what the time between images and poses is off by one that all stations share.
 """
 
 from __future__ import annotations
@@ -142,14 +143,14 @@ def _corrected(features: Features, moving: MovingFrames, fit: OffsetFit) -> tupl
     """Return the stations with the robot's poses at the corrected times, and how sure these are."""
     times = moving.times + fit.offset
     poses, velocities = moving.path.at(times), moving.path.velocities(times)
-    variance = fit.sigma**2 + fit.variances[2]
-    covariances = variance * velocities[:, :, None] * velocities[:, None, :]
+    own = fit.variances[2] * velocities[:, :, None] * velocities[:, None, :]
+    rows = zip(poses, own, fit.sigma * velocities, strict=True)
     return tuple(
-        replace(station, base_T_gripper=pose, robot_covariance=covariance)
+        replace(station, base_T_gripper=pose, robot_covariance=covariance, shared_error=error)
         if known
         else replace(station, observation=None, reason=_OUTSIDE)
-        for station, pose, covariance, known in zip(
-            features.stations, poses, covariances, moving.path.covers(times), strict=True
+        for station, (pose, covariance, error), known in zip(
+            features.stations, rows, moving.path.covers(times), strict=True
         )
     )
 

@@ -6,12 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handeye_cli import solvers
+from handeye_cli.chain import chain_of
 from handeye_cli.conventions import Setup
+from handeye_cli.estimates import Estimate
+from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.loop import isotropic_covariance
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.geometry.station_generator import generate_stations
-from handeye_cli.records import FloatArray, Noise, Station, Stations, UncertainPose
+from handeye_cli.predict import noise_freedom, predicted_error
+from handeye_cli.records import (
+    Calibration,
+    FloatArray,
+    Noise,
+    Station,
+    Stations,
+    UncertainPose,
+)
 from handeye_cli.solvers import Problem
 
 PAPER_DISTANCE = 6.65 * 0.0254
@@ -100,3 +112,29 @@ def stations(
         for i in range(len(robot))
     ]
     return Stations(setup, tuple(rows), noise=noise if given else None)
+
+
+def estimated(document: Stations, method: str = solvers.DEFAULT, pairs: str = "star") -> Estimate:
+    """The estimate that an answer of `solve` rests on, without judging the data first."""
+    chain = chain_of(document)
+    return best_estimate(chain, choose_pairs(pairs, len(chain.A)), document, method)
+
+
+def calibrated(document: Stations, method: str = solvers.DEFAULT) -> Calibration:
+    """The answer of `solve` on good data without what it says of them, which takes most time."""
+    found, chain = estimated(document, method), chain_of(document)
+    model, covariance = found.model, found.covariance
+    free = noise_freedom(chain, found.solution, model) if len(model.shapes) else None
+    return Calibration(
+        setup=document.setup,
+        method=method,
+        mount_T_camera=UncertainPose(found.solution.X, covariance[:6, :6]),
+        reference_T_target=UncertainPose(found.solution.Z, covariance[6:, 6:]),
+        predicted_error=predicted_error(found.influence, model, None, found.shared),
+        noise=model.noise,
+        noise_estimated=len(model.shapes) > 0,
+        stations=(),
+        pairs=(),
+        covariance_between=covariance[:6, 6:],
+        noise_freedom=free,
+    )

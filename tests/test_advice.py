@@ -15,6 +15,7 @@ import pytest
 from scenes import (
     PAPER_DISTANCE,
     Scene,
+    calibrated,
     disturbed,
     general_scene,
     joint_covariance,
@@ -81,7 +82,7 @@ def assert_kept(
     tolerance: float = SAME,
     method: str = solvers.DEFAULT,
 ) -> None:
-    error = solve(changed, method=method).predicted_error
+    error = calibrated(changed, method).predicted_error
     assert promised.rotation == pytest.approx(error.rotation, rel=tolerance)
     assert promised.translation == pytest.approx(error.translation, rel=tolerance)
 

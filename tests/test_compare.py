@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import general_scene, scene, stations
+from scenes import calibrated, estimated, general_scene, scene, stations
 
 from handeye_cli import solvers
 from handeye_cli.compare import compare
@@ -52,8 +52,8 @@ def test_every_method_has_a_row_and_maximum_likelihood_the_first(compared):
 
 @pytest.mark.parametrize("method", solvers.names())
 def test_a_row_is_what_its_method_says_alone(document, compared, method):
-    row, alone = row_of(compared, method), solve(document, method=method)
-    best = solve(document).mount_T_camera.matrix
+    row, alone = row_of(compared, method), calibrated(document, method)
+    best = estimated(document).solution.X
     apart = se3.difference(alone.mount_T_camera.matrix, best)
     assert row.rotation == pytest.approx(np.linalg.norm(apart[3:]), abs=1e-12)
     assert row.translation == pytest.approx(np.linalg.norm(apart[:3]), abs=1e-12)
@@ -66,7 +66,7 @@ def test_held_out_errors_are_those_of_calibrations_without_each_station(document
     errors = []
     for i, left_out in enumerate(document.stations):
         others = document.stations[:i] + document.stations[i + 1 :]
-        X = solve(replace(document, stations=others), method=method).mount_T_camera.matrix
+        X = estimated(replace(document, stations=others), method).solution.X
         A, B = (
             np.array([each.base_T_gripper for each in others]),
             np.array([each.camera_T_target.matrix for each in others]),

@@ -52,7 +52,7 @@ def test_the_planar_ambiguity_is_decided_over_all_stations(setup):
     """Weak perspective: image by image, many poses come out mirrored; together none does."""
     rng = np.random.default_rng(7)
     alone = together = 0
-    for _ in range(10):
+    for _ in range(5):
         shot = shoot(rng, 9, camera=FAR, distance=3.3, tilt_deg=12, sigma_px=0.2, setup=setup)
         still = replace(
             shot.features,
@@ -65,7 +65,7 @@ def test_the_planar_ambiguity_is_decided_over_all_stations(setup):
             together += wrong if features is shot.features else 0
             alone += wrong if features is still else 0
     assert together == 0
-    assert alone >= 5
+    assert alone >= 3
 
 
 def test_a_wrong_detection_is_named_and_does_not_spoil_the_pooled_noise():

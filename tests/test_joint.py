@@ -41,6 +41,8 @@ POINTS = targets.build(BOARD).points()
 ROBOT = (5e-4, 5e-5)
 PRIOR = np.diag([2.0, 2.0, 2.0, 2.0, 3e-3, 6e-3, 3e-4, 3e-4, 0.0]) ** 2
 MANY = 60
+FEWER = 30
+"""Runs of what differs by far more than their number blurs."""
 pytestmark = [pytest.mark.many_runs, pytest.mark.xdist_group("joint")]  # fixtures are made once
 
 
@@ -80,7 +82,7 @@ class Runs:
         """Rotation and translation error of each run."""
         apart = [
             se3.difference(each.solution.X, truth)
-            for each, truth in zip(self.found[name], self.truths, strict=True)
+            for each, truth in zip(self.found[name], self.truths, strict=False)
         ]
         return np.linalg.norm(np.reshape(apart, (-1, 2, 3)), axis=-1)[:, ::-1]
 
@@ -100,8 +102,7 @@ class Runs:
 def runs(shots, documents) -> Runs:
     found = {
         "joint": [estimated(each) for each in documents],
-        "tsai-lenz": [estimated(each, "tsai-lenz") for each in documents],
-        "exact": [estimated(exact(each)) for each in documents],
+        "exact": [estimated(exact(each)) for each in documents[:FEWER]],
     }
     return Runs(documents, [shot.mount_T_camera for shot in shots], found)
 
@@ -152,11 +153,14 @@ def given() -> Runs:
     shots = [photographed(rng, setup="eye-to-hand") for _ in range(MANY)]
     off = WIDE.parameters + rng.normal(size=(MANY, 9)) @ np.sqrt(PRIOR)
     cameras = [with_parameters(each, PRIOR) for each in off]
-    return runs(shots, [seen_through(*each) for each in zip(shots, cameras, strict=True)])
+    found = runs(shots, [seen_through(*each) for each in zip(shots, cameras, strict=True)])
+    closed_form = [estimated(each, "tsai-lenz") for each in found.documents]
+    return replace(found, found=found.found | {"tsai-lenz": closed_form})
 
 
-@pytest.mark.parametrize("name", ["calibrated", "given"])
-@pytest.mark.parametrize("method", ["joint", "tsai-lenz"])
+@pytest.mark.parametrize(
+    ("method", "name"), [("joint", "calibrated"), ("joint", "given"), ("tsai-lenz", "given")]
+)
 def test_the_error_of_the_intrinsics_is_in_the_prediction(name, method, request):
     ratio, inside = request.getfixturevalue(name).judged(method)
     assert np.all((ratio > 0.8) & (ratio < 1.2))
@@ -170,12 +174,12 @@ def test_intrinsics_taken_as_exact_promise_too_much(calibrated):
 
 
 def test_the_answer_is_no_worse_than_with_intrinsics_taken_as_exact(calibrated):
-    joint, before = calibrated.errors("joint"), calibrated.errors("exact")
+    joint, before = calibrated.errors("joint")[:FEWER], calibrated.errors("exact")
     assert np.all(np.mean(joint**2, axis=0) < 1.05 * np.mean(before**2, axis=0))
 
 
 def test_uncertain_intrinsics_that_were_given_are_improved_several_times(given):
-    joint, before = given.errors("joint"), given.errors("exact")
+    joint, before = given.errors("joint")[:FEWER], given.errors("exact")
     assert np.all(np.mean(joint**2, axis=0) < 0.5**2 * np.mean(before**2, axis=0))
 
 
@@ -208,15 +212,13 @@ def test_exact_intrinsics_leave_the_answer_of_the_poses(setup, noise):
     rng = np.random.default_rng(7)
     for _ in range(4):
         shot = photographed(rng, 10, sigma_px=0.1, setup=setup)
-        document = replace(extrinsics(shot.features), noise=noise)
-        pixels = solve(document)
-        poses = solve(replace(document, target=None))
-        covariance = pixels.mount_T_camera.covariance
-        apart = se3.difference(pixels.mount_T_camera.matrix, poses.mount_T_camera.matrix)
-        assert np.max(np.abs(apart) / np.sqrt(np.diag(covariance))) < 0.03
-        np.testing.assert_allclose(
-            np.diag(covariance), np.diag(poses.mount_T_camera.covariance), rtol=0.03
-        )
+        document = replace(seen_through(shot, WIDE), noise=noise)
+        pixels = estimated(document)
+        poses = estimated(replace(document, target=None))
+        sigma = np.sqrt(np.diag(pixels.covariance))
+        apart = se3.difference(pixels.solution.X, poses.solution.X)
+        assert np.max(np.abs(apart) / sigma[:6]) < 0.03
+        np.testing.assert_allclose(sigma, np.sqrt(np.diag(poses.covariance)), rtol=0.015)
         assert pixels.camera == document.camera
 
 
@@ -235,7 +237,7 @@ def test_residuals_are_those_of_the_refined_camera(calibrated):
 def test_held_out_stations_are_predicted_with_the_shared_error(calibrated):
     """Five stations calibrate, three are predicted, all with intrinsics from all eight images."""
     squares = []
-    for document in calibrated.documents:
+    for document in calibrated.documents[:FEWER]:
         chain, known = chain_of(document), replace(document, noise=Noise(*ROBOT))
         part, others = chain.part(slice(0, 5)), chain.part(slice(5, 8))
         found = best_estimate(part, choose_pairs("star", 5), known, "maximum-likelihood")
@@ -255,7 +257,7 @@ def test_held_out_stations_are_predicted_with_the_shared_error(calibrated):
         squares.append(off @ np.linalg.solve(covariance, off))
     # Chi-square with 18 degrees of freedom; the intrinsics have seen these images, which is why
     # the errors may be a little smaller than that.
-    assert 15.5 < np.mean(squares) < 18 + 4 * np.sqrt(36 / MANY)
+    assert 15.5 < np.mean(squares) < 18 + 4 * np.sqrt(36 / FEWER)
 
 
 def test_given_noise_of_the_pixels_is_kept(calibrated):

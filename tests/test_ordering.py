@@ -30,7 +30,7 @@ def common_turn(truth, ordered):
 @pytest.mark.parametrize("tilt_deg", [3.0, 15.0, 35.0])
 def test_random_turns_become_one(setup, tilt_deg):
     rng = np.random.default_rng(int(tilt_deg))
-    for _ in range(10):
+    for _ in range(3):
         shot = shoot(rng, 9, tilt_deg=tilt_deg, setup=setup)
         picks = rng.integers(0, 4, 9)
         ordered = order_consistently(renumbered(shot.features, TURNS, picks), POINTS, TURNS)

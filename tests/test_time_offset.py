@@ -43,7 +43,7 @@ def rig(setup):
     )
 
 
-def filmed(path, lag, *, setup=Setup.EYE_IN_HAND, pause=0.01, stops=5):
+def filmed(path, lag, *, setup=Setup.EYE_IN_HAND, pause=0.01, stops=4):
     """Write what a robot sends on its way around the plate; return the path as text."""
     around = generate_stations(stops, 0.17, np.radians(30), CENTRE)
     nearer = se3.from_parts(np.eye(3), [[0.0, 0.0, 0.01 * (k % 3)] for k in range(stops)])
@@ -63,7 +63,7 @@ def restless(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pausing(tmp_path_factory):
-    return filmed(tmp_path_factory.mktemp("pausing") / "robot.mcap", "38ms", pause=0.7, stops=4)
+    return filmed(tmp_path_factory.mktemp("pausing") / "robot.mcap", "38ms", pause=0.7)
 
 
 def read(path, setup=Setup.EYE_IN_HAND, **options):
@@ -118,11 +118,13 @@ def test_the_offset_it_was_found_with_is_right(record, found):
 def test_a_pose_is_as_uncertain_as_its_time_makes_it(record, found):
     features, measured = found
     times = record.moving.times[record.moving.stations] + measured.offset.offset
-    speeds = np.linalg.norm(record.moving.path.velocities(times), axis=1)
-    time = np.hypot(measured.offset.sigma, measured.offset.jitter)
+    velocities = record.moving.path.velocities(times)
+    speeds = np.linalg.norm(velocities, axis=1)
     sigmas = [np.sqrt(np.trace(station.robot_covariance)) for station in features.stations]
-    np.testing.assert_allclose(sigmas, speeds * time, rtol=1e-9)
+    np.testing.assert_allclose(sigmas, speeds * measured.offset.jitter, rtol=1e-9)
     assert max(sigmas) > 2 * min(sigmas)
+    shared = np.array([station.shared_error for station in features.stations])
+    np.testing.assert_allclose(shared, measured.offset.sigma * velocities, rtol=1e-9)
 
 
 def test_a_given_offset_is_where_the_search_starts(restless):
@@ -138,8 +140,12 @@ def test_a_camera_beside_the_robot_whose_images_come_early(tmp_path):
     assert "images run ahead of the robot's poses by 25" in measured.finding.message
 
 
-def test_pauses_stay_the_stations_and_inspect_tells_the_offset(pausing):
-    inspection = pipeline.to_inspection(read(pausing), ONE)
+@pytest.fixture(scope="module")
+def inspection(pausing):
+    return pipeline.to_inspection(read(pausing), ONE)
+
+
+def test_pauses_stay_the_stations_and_inspect_tells_the_offset(inspection):
     assert len(inspection.stations) == 4
     offset = inspection.time_offset
     assert abs(offset.offset + 38 * MS) < 4 * offset.sigma < 1 * MS
@@ -158,18 +164,19 @@ def test_an_offset_that_reaches_into_pauses_is_a_warning(pausing):
     assert abs(measured.offset.offset + 38 * MS) < 4 * measured.offset.sigma
 
 
-def test_the_flag_of_the_advice_is_understood_and_ends_the_matter(handeye, pausing, tmp_path):
+def test_the_flag_of_the_advice_is_understood_and_ends_the_matter(
+    handeye, pausing, inspection, tmp_path
+):
     words = (pausing, "--setup", "eye-in-hand", "--target", TARGET, "--workers", 1)
-    first = json.loads(handeye("inspect", *words, "--json").out)
-    (finding,) = [each for each in first["diagnosis"] if each["code"] == "time-offset"]
-    flags = finding["advice"].split()[:2]
+    (finding,) = [each for each in inspection.diagnosis if each.code == "time-offset"]
+    flags = finding.advice.split()[:2]
     shown = handeye("inspect", *words, *flags, "-o", tmp_path / "a.yaml", terminal=True)
     assert "Time between images and poses, from" in shown.out
     assert "as given" in shown.out
     again = documents.read(str(tmp_path / "a.yaml"))
     (finding,) = [each for each in again.diagnosis if each.code == "time-offset"]
     assert (finding.severity, finding.advice) == ("info", "")
-    assert again.time_offset.given == pytest.approx(first["time_offset"]["offset_ms"] * MS, abs=MS)
+    assert again.time_offset.given == pytest.approx(inspection.time_offset.offset, abs=1 * MS)
     assert again.time_offset.offset == pytest.approx(again.time_offset.given, abs=1 * MS)
 
 

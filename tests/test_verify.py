@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import disturbed, general_scene, scene, stations
+from scenes import calibrated, disturbed, estimated, general_scene, scene, stations
 from scipy.spatial.transform import Rotation
 
 from handeye_cli import targets
@@ -33,7 +33,7 @@ BOARD = TargetSpec("chessboard", {"columns": 9, "rows": 6, "square_mm": 20.0})
 def four_steps(document, count, method, pairs):
     """Steps 2 - 4 of section IV-B with plain matrices, H_cg taken from the solver."""
     first = replace(document, stations=document.stations[:count])
-    X = solve(first, method=method, pairs=pairs).mount_T_camera.matrix
+    X = estimated(first, method, pairs).solution.X
     hand = document.setup is Setup.EYE_IN_HAND
     G = [s.base_T_gripper if hand else np.linalg.inv(s.base_T_gripper) for s in document.stations]
     C = [s.camera_T_target.matrix for s in document.stations]
@@ -50,10 +50,14 @@ def four_steps(document, count, method, pairs):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("setup", Setup)
 @pytest.mark.parametrize(
-    ("method", "pairs"),
-    [("tsai-lenz", "star"), ("tsai-lenz", "all"), ("maximum-likelihood", "star")],
+    ("method", "pairs", "setup"),
+    [
+        ("tsai-lenz", "star", Setup.EYE_IN_HAND),
+        ("tsai-lenz", "all", Setup.EYE_TO_HAND),
+        ("maximum-likelihood", "star", Setup.EYE_TO_HAND),
+        ("maximum-likelihood", "star", Setup.EYE_IN_HAND),
+    ],
 )
 def test_rows_are_the_papers_steps(method, pairs, setup):
     rng = np.random.default_rng(3)
@@ -75,8 +79,10 @@ def test_rows_are_the_papers_steps(method, pairs, setup):
 
 
 @pytest.mark.many_runs
-@pytest.mark.parametrize("setup", Setup)
-@pytest.mark.parametrize("method", ["tsai-lenz", "maximum-likelihood"])
+@pytest.mark.parametrize(
+    ("method", "setup"),
+    [("tsai-lenz", Setup.EYE_TO_HAND), ("maximum-likelihood", Setup.EYE_IN_HAND)],
+)
 def test_seen_errors_are_the_predicted_ones(setup, method):
     rng = np.random.default_rng(5)
     seen, predicted = [], []
@@ -158,7 +164,7 @@ def test_errors_of_an_existing_calibration_are_the_predicted_ones(given, target_
         document = stations(rng, scene(rng, 16), NOISE, setup=setup, given=given)
         old, new = halves(document, 8)
         new = moved(new, MOVE) if target_moved else new
-        found = verify_calibration(new, solve(old), target_moved=target_moved)
+        found = verify_calibration(new, calibrated(old), target_moved=target_moved)
         (row,) = found.rows
         alarms += not row.consistent
         seen.append([row.rotation, row.translation])
@@ -205,7 +211,7 @@ def test_without_the_covariance_between_the_poses_the_prediction_is_too_wide_and
     ratios = []
     for _ in range(10):
         old, new = halves(stations(rng, scene(rng, 16), NOISE), 8)
-        calibration = solve(old)
+        calibration = calibrated(old)
         joint = verify_calibration(new, calibration)
         apart = verify_calibration(new, replace(calibration, covariance_between=None))
         rows = apart.rows[0], joint.rows[0]
@@ -257,14 +263,16 @@ def test_good_data_are_consistent_and_worse_ones_are_not(setup, given):
     """One good recording in a hundred may be called inconsistent; tripled noise mostly is."""
     rng = np.random.default_rng(19)
     wrong_alarms = missed = 0
-    for _ in range(60):
+    for run in range(60):
         perfect = general_scene(rng, 24)
         good = stations(rng, perfect, NOISE, setup=setup, given=given)
         (row,) = verify(good).rows
         wrong_alarms += not row.consistent
+        if run >= 20:
+            continue
         loud = stations(rng, perfect, Noise(3e-3, 6e-4, 3e-3, 3e-4), setup=setup)
         mixed = good.stations[:12] + loud.stations[12:]
         (row,) = verify(replace(good, stations=mixed)).rows
         missed += bool(row.consistent)
     assert wrong_alarms <= 4
-    assert missed <= 2
+    assert missed <= 1

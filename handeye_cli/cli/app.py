@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
 import sys
-import traceback
 from collections.abc import Sequence
 from importlib import import_module
-from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
 
 from handeye_cli import __version__
 from handeye_cli.cli.commands import COMMANDS
 from handeye_cli.cli.flags import DEBUG
 from handeye_cli.cli.grouping import command_of
 from handeye_cli.cli.plain import plain_groups
-from handeye_cli.errors import HandeyeError, InputError
+from handeye_cli.errors import HandeyeError, InputError, UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    from types import FrameType, TracebackType
 
 _LONGEST = 2
 """Words in the name of a command, at most."""
@@ -45,6 +48,8 @@ def run(args: Sequence[str]) -> None:
         _carry_out(words)
     except HandeyeError as error:
         if DEBUG in args:
+            import traceback
+
             traceback.print_exception(error)
         _tell(_sentence(error))
         sys.exit(error.exit_code)
@@ -62,25 +67,38 @@ def _carry_out(words: list[str]) -> None:
         if groups is not None:
             command(**groups)
             sys.exit(0)
-    from typer.main import get_command
+    _refuse_unknown(name, words)
+    from handeye_cli.cli import typer_front
 
-    from handeye_cli.cli.typer_front import application
-
-    # The other commands are needed by the help of all and by "did you mean" only.
+    # The other commands are needed by the completion of shells only.
     modules = {each: import_module(COMMANDS[each]) for each in ([name] if name else COMMANDS)}
-    get_command(application(modules))([name, *words] if name else words, prog_name="handeye")
+    sys.exit(typer_front.carry_out(modules, name, words))
 
 
 def _text_asked_for(name: str, words: list[str]) -> str | None:
     """Return what a line wants to read: help or the version; None when it wants work done."""
     if words == ["--version"] and not name:
         return f"handeye {__version__}\n"
-    asked_by_shell = "_HANDEYE_COMPLETE" in os.environ
-    if words in _HELP or not (name or words or asked_by_shell):
+    if words in _HELP or not (name or words or _asked_by_shell()):
         from handeye_cli.cli import help as texts
 
         return texts.of_command(name, import_module(COMMANDS[name])) if name else texts.of_all()
     return None
+
+
+def _asked_by_shell() -> bool:
+    return "_HANDEYE_COMPLETE" in os.environ
+
+
+def _refuse_unknown(name: str, words: Sequence[str]) -> None:
+    """Refuse a line that starts with a word that is no command."""
+    if name or not words or words[0].startswith("-") or _asked_by_shell():
+        return
+    near = did_you_mean(words[0], list(COMMANDS))
+    raise UsageError(
+        f"expected a command, found {words[0]!r}",
+        hint=f"did you mean handeye {near}?" if near else "handeye --help lists them",
+    )
 
 
 def _named(words: list[str]) -> tuple[str, list[str]]:
@@ -94,10 +112,14 @@ def _named(words: list[str]) -> tuple[str, list[str]]:
 
 def main() -> None:
     """Run `handeye` as a process of its own."""
-    # What start-up makes stays in use; to look for garbage in it again and again costs a tenth.
+    # What start-up makes stays in use; to look for garbage in it again and again costs a tenth,
+    # and to look through all that is left when the process ends, half as much.
     gc.set_threshold(_GARBAGE)
+    atexit.register(gc.freeze)
     # OpenCV would tell of a broken image too, in its own words and without the image's name.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
+    # Matrices here are small: threads would wait for each other, where processors are busy for long.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # A reader that leaves early, as `head` does, ends the command as it ends any other tool.
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)

@@ -39,14 +39,35 @@ def open_inputs(source: Source, mcap: Mcap, camera_file: CameraFile) -> list[Ope
     name = camera_file.camera
     if name is None:
         return [open_input(source, mcap)]
-    if mcap.camera_info_topic is not None:
+    check_intrinsics_flags(mcap, camera_file)
+    return with_camera_file(open_input(source, mcap, own_intrinsics=True), name)
+
+
+def check_intrinsics_flags(mcap: Mcap, camera_file: CameraFile) -> None:
+    """Check that the intrinsics are not to come from two places.
+
+    Raises:
+        UsageError: They are.
+    """
+    if camera_file.camera is not None and mcap.camera_info_topic is not None:
         raise UsageError(
             "expected --camera or --camera-info-topic, found both", hint="leave one of them out"
         )
+
+
+def with_camera_file(opened: Opened, name: str) -> list[Opened]:
+    """Return an input with the intrinsics of a file, and that file.
+
+    Args:
+        opened: What was read without intrinsics of its own.
+        name: The file.
+
+    Raises:
+        InputError: It cannot be read or is not valid, or the two do not fit together.
+    """
     from handeye_cli import given_camera
     from handeye_cli.documents import cameras
 
-    opened = open_input(source, mcap, own_intrinsics=True)
     read = cameras.read(name, given_camera.image_size(opened.record))
     record = given_camera.with_camera(opened.record, read.camera)
     return [replace(opened, record=record), Opened(read.camera, (read.name, read.sha256))]

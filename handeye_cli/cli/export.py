@@ -66,7 +66,7 @@ def export(
     if frames.mount_frame is not None and mount_T_optical is not None:
         transform = exports.at_mount(transform, frames.mount_frame, mount_T_optical)
     _write(exports.text(transform, form.to), destination)
-    outputs.show_findings(calibration)
+    outputs.show_findings(calibration, notes=False)
 
 
 def _check(form: Form, frames: Frames, destination: Destination) -> None:

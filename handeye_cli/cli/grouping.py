@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from keyword import iskeyword
+from types import NoneType
 from typing import Any, get_args, get_type_hints
 
-from handeye_cli.cli.flags import Flag
+from handeye_cli.cli.flags import Argument, Flag
 
 _INPUTS = ("source", "further")
 """Fields that name what is read."""
@@ -34,6 +35,18 @@ def flags_of(group: type) -> dict[str, tuple[Any, Flag]]:
     """Return the type and the flag of every field of a group."""
     hints = get_type_hints(group, include_extras=True)
     return {field.name: get_args(hints[field.name]) for field in fields(group)}
+
+
+def spellings(field: str, flag: Flag) -> tuple[str, ...]:
+    """Return the ways to write a flag in a line; none for an argument."""
+    if isinstance(flag, Argument):
+        return ()
+    return flag.names or (f"--{field.replace('_', '-')}",)
+
+
+def single_type(kind: Any) -> Any:
+    """Return the type of a field that may also be None."""
+    return next(each for each in get_args(kind) or (kind,) if each is not NoneType)
 
 
 def given(*groups: Any) -> dict[str, Any]:

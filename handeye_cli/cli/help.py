@@ -13,12 +13,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from enum import Enum
 from textwrap import wrap
-from types import NoneType
-from typing import Any, get_args, get_origin
+from typing import Any, get_origin
 
 from handeye_cli.cli.commands import SUMMARIES
 from handeye_cli.cli.flags import DEBUG, Argument, Flag
-from handeye_cli.cli.grouping import command_of, flags_of, groups_of
+from handeye_cli.cli.grouping import command_of, flags_of, groups_of, single_type, spellings
 
 _PURPOSE = "Find where a camera sits on a robot, from a recording, and say how sure that is."
 _EPILOG = (
@@ -85,7 +84,7 @@ def _rows(command: Callable[..., None]) -> Iterator[tuple[str, _Row]]:
         flags = flags_of(group)
         for field in fields(group):
             kind, flag = flags[field.name]
-            (plain,) = [each for each in get_args(kind) or (kind,) if each is not NoneType][:1]
+            plain = single_type(kind)
             text = " ".join(filter(None, [flag.settings.get("help", ""), _facts(field, flag)]))
             if isinstance(flag, Argument):
                 yield "Arguments", (_place(plain, field, flag), text)
@@ -103,7 +102,7 @@ def _place(plain: Any, field: Field[Any], flag: Flag) -> str:
 
 def _spelled(plain: Any, field: Field[Any], flag: Flag) -> str:
     """Return how a flag is written in a line, with its value."""
-    names = ", ".join(flag.names or (f"--{field.name.replace('_', '-')}",))
+    names = ", ".join(spellings(field.name, flag))
     if plain is bool:
         return names
     is_choice = isinstance(plain, type) and issubclass(plain, Enum)

@@ -7,14 +7,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.import_options import ForeignKind, ForeignSource
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Output
-from handeye_cli.cli.outputs import STDOUT, check_output, deliver, show_findings, with_step
+from handeye_cli.cli.outputs import (
+    STDOUT,
+    check_output,
+    deliver,
+    print_text,
+    show_findings,
+    with_step,
+)
 from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -92,11 +97,11 @@ def _with_camera(
 
 def _report(kind: str, record: Any, source: ForeignSource, output: Output) -> None:
     """Tell what was read and what comes next; a recording has no other report."""
-    typer.echo(f"{source.source}: {kind}, {record.setup}, {len(record.stations)} stations")
+    print_text(f"{source.source}: {kind}, {record.setup}, {len(record.stations)} stations\n")
     if output.output is None:
-        typer.echo("  write the document with -o FILE")
+        print_text("  write the document with -o FILE\n")
     else:
-        typer.echo(f"  next: handeye solve {output.output}{_needed_flags(record, source)}")
+        print_text(f"  next: handeye solve {output.output}{_needed_flags(record, source)}\n")
 
 
 def _needed_flags(record: Any, source: ForeignSource) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from handeye_cli.cli.grouping import given
@@ -94,13 +94,25 @@ def open_summary(
         InputError: It cannot be read or is not valid.
         UsageError: A flag cannot act on a recording.
     """
+    looked = open_looked(source, mcap, flags, own_intrinsics=own_intrinsics)
+    return None if looked is None else replace(looked, record=looked.record.inspection)
+
+
+def open_looked(
+    source: Source, mcap: Mcap, flags: dict[str, Any], *, own_intrinsics: bool = False
+) -> Opened | None:
+    """Return the same as `open_summary`, and the recording itself where nothing is in the way.
+
+    The record is a `recording.summary.Looked`; the arguments and errors are those of
+    `open_summary`.
+    """
     from handeye_cli import recording
 
     if not _is_recording(source):
         return None
     target = None if source.target is None else _target(source.target)
     options = _mcap_options(source, mcap, target, own_intrinsics=own_intrinsics)
-    return _opened(source, lambda path: recording.summarise(path, options, flags))
+    return _opened(source, lambda path: recording.look(path, options, flags))
 
 
 def _is_recording(source: Source) -> bool:

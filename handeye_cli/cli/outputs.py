@@ -103,12 +103,18 @@ def _show_report(record: Any) -> None:
     show(record, make_console(sys.stdout))
 
 
-def show_findings(record: Any) -> None:
-    """Tell on stderr what was found about the data of a record."""
+def show_findings(record: Any, *, notes: bool = True) -> None:
+    """Tell on stderr what was found about the data of a record, with notes or only what is wrong."""
     from handeye_cli.pipeline import findings_of
 
-    found = findings_of(record)
-    if found:
+    found = [each for each in findings_of(record) if notes or each.severity != "info"]
+    if not found:
+        return
+    if sys.stderr.isatty() or "FORCE_COLOR" in os.environ:
         from handeye_cli.render import console
 
         console.show_findings(console.make_console(sys.stderr), found)
+    else:
+        from handeye_cli.render.finding_lines import finding_lines
+
+        sys.stderr.writelines(f"{line}\n" for line in finding_lines(found))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -10,8 +11,6 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import typer
 
 from handeye_cli.cli.folders import make_folder, undone_on_failure
 from handeye_cli.cli.options import Output, Pictures
@@ -83,7 +82,7 @@ def draw_pictures(
     draw = partial(_draw, board=board, camera=features.camera, force=output.force)
     for note in each_image(draw, jobs, workers=steps.workers, progress=steps.progress):
         if note is not None:
-            typer.echo(printable(note), err=True)
+            sys.stderr.write(f"{printable(note)}\n")
 
 
 @dataclass(frozen=True)

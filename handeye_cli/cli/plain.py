@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import MISSING, fields
 from enum import Enum
-from types import NoneType
-from typing import Any, get_args
+from typing import Any
 
 from handeye_cli.cli.flags import Argument, Flag
-from handeye_cli.cli.grouping import flags_of, groups_of
+from handeye_cli.cli.grouping import flags_of, groups_of, single_type, spellings
 
 
 class _NotPlainError(Exception):
@@ -43,7 +42,7 @@ def plain_groups(command: Callable[..., None], words: Sequence[str]) -> dict[str
 
 def _read(flags: dict[str, tuple[Any, Flag]], words: Iterator[str]) -> Iterator[tuple[str, Any]]:
     """Yield the name and the value of every field that the words fill."""
-    spellings = {spelling: name for name in flags for spelling in _spellings(name, flags[name][1])}
+    known = {spelling: name for name in flags for spelling in spellings(name, flags[name][1])}
     places = iter([name for name in flags if isinstance(flags[name][1], Argument)])
     for word in words:
         if not _is_flag(word):
@@ -51,18 +50,12 @@ def _read(flags: dict[str, tuple[Any, Flag]], words: Iterator[str]) -> Iterator[
             yield name, _converted(flags[name][0], word, attached=True)
             continue
         spelling, equals, text = word.partition("=")
-        name = _known(spellings, spelling)
+        name = _known(known, spelling)
         kind, _ = flags[name]
         if kind is bool:
             yield name, _switched_on(equals)
         else:
             yield name, _converted(kind, text if equals else next(words, "--"), bool(equals))
-
-
-def _spellings(name: str, flag: Flag) -> tuple[str, ...]:
-    if isinstance(flag, Argument):
-        return ()
-    return flag.names or (f"--{name.replace('_', '-')}",)
 
 
 def _is_flag(word: str) -> bool:
@@ -89,7 +82,7 @@ def _switched_on(equals: str) -> bool:
 
 def _converted(kind: Any, text: str, attached: bool) -> Any:
     """Return the value of a flag's text; `attached` is that of `--flag=text`."""
-    (plain,) = [each for each in get_args(kind) or (kind,) if each is not NoneType]
+    plain = single_type(kind)
     if attached or not _is_flag(text):
         if plain is str:
             return text

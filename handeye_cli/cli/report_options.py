@@ -1,11 +1,11 @@
 """The flags of `handeye report`."""
 
+from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
 from handeye_cli.cli.flags import Argument, Flag
 from handeye_cli.cli.options import Source
-from handeye_cli.frozen import dataclass
 
 _judgement = partial(Flag, rich_help_panel="Judgement")
 _output = partial(Flag, rich_help_panel="Output")

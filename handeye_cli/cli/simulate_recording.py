@@ -5,11 +5,10 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-import typer
-
 from handeye_cli import __version__
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Output, Work
+from handeye_cli.cli.outputs import print_text
 from handeye_cli.cli.progress import steps
 from handeye_cli.cli.recording_files import prepared_folder, write_folder, write_mcap
 from handeye_cli.cli.simulate_recording_inputs import Wish, wish_of
@@ -138,7 +137,7 @@ def _report(wish: Wish, simulated: SimulatedRecording, made: Made) -> None:
         show_findings(make_console(sys.stderr), [finding])
     if sys.stdout.isatty() and not made.quiet:
         count = len(simulated.base_T_gripper)
-        typer.echo(f"{made.output}: {count} stations\n  next: {_next(wish, made)}")
+        print_text(f"{made.output}: {count} stations\n  next: {_next(wish, made)}\n")
 
 
 def _next(wish: Wish, made: Made) -> str:

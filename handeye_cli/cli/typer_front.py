@@ -4,17 +4,45 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from handeye_cli import __version__
 from handeye_cli.cli import help as texts
 from handeye_cli.cli.flags import DEBUG, Argument, Flag
 from handeye_cli.cli.grouping import command_of, flags_of, groups_of
+from handeye_cli.cli.refusals import usage_error
+
+# Click's root of what a line is refused for; Typer has a Click of its own from some version on.
+_Refusal = cast(type[Exception], typer.BadParameter.__mro__[2])
+
+
+def carry_out(modules: Mapping[str, Any], name: str, words: Sequence[str]) -> int:
+    """Carry out a command line and return its exit code.
+
+    Args:
+        modules: See `application`.
+        name: The command; empty where a line has none.
+        words: What follows it.
+
+    Raises:
+        UsageError: The line is not one of this command.
+    """
+    try:
+        code = get_command(application(modules))(
+            [name, *words] if name else [*words], prog_name="handeye", standalone_mode=False
+        )
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except _Refusal as refused:
+        command = command_of(modules[name], name) if name else None
+        raise usage_error(refused, name, command, words) from refused
+    return code or 0
 
 
 class _Commands(TyperGroup):

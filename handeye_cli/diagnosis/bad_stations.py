@@ -81,6 +81,23 @@ def find_bad_stations(
     )
 
 
+def agreement_on_two_places(chain: Chain, given: Noise | None = None) -> Agreement | None:
+    """Return the stations that agree on a target that was moved once, if that explains them best.
+
+    Args:
+        chain: The stations, in the order they were recorded.
+        given: Levels of the noise that are taken as given.
+
+    Returns:
+        The agreement with its two places, or None where one place, and bad stations, do as well.
+    """
+    if most_bad(len(chain.A)) == 0:
+        return None
+    _, model = _rough(chain, given)
+    best = best_agreement(_loops(chain, model), model.variances, hidden=True)
+    return split_agreement(best, best.outside)
+
+
 def effect_of(
     left_out: tuple[str, ...], everybody: FloatArray, without: FloatArray
 ) -> WithoutBadStations:

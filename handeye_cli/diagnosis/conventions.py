@@ -25,7 +25,7 @@ from handeye_cli.diagnosis.fits import (
     gains,
     simplest,
 )
-from handeye_cli.diagnosis.lengths import LengthFault, length_fault, length_ratio
+from handeye_cli.diagnosis.lengths import LengthFault, length_fault, length_ratio, unchecked_lengths
 from handeye_cli.diagnosis.readings import Reading, reading_of
 from handeye_cli.records import Finding, Stations, TargetSpec
 from handeye_cli.records.hypotheses import ConventionVerdict, HypothesisFit, LengthRatio
@@ -84,12 +84,18 @@ def judge_conventions(
     case = _Case(stations.target, reading, declared, tuple(others))
     if case.one_axis():
         return case.silence()
-    candidates = [other for other in others if clearly_better(other, declared)]
+    candidates = simplest([other for other in others if clearly_better(other, declared)])
+    wrong = bool(candidates) or _contradicted(declared)
+    if wrong and all(each.hypothesis.paired_anew or each.left_out > 1 for each in candidates):
+        from handeye_cli.diagnosis.two_places import moved_fit
+
+        moved = moved_fit(stations, chain, reading, declared)
+        if moved is not None:
+            return case.with_move(moved, candidates)
     if candidates:
-        return case.verdict(simplest(candidates))
-    if _contradicted(declared):
-        return case.unexplained()
-    return case.verdict([declared], case.not_told_apart() if thorough else ())
+        return case.verdict(candidates)
+    notes = case.not_told_apart() if thorough and not wrong else ()
+    return case.unexplained() if wrong else case.verdict([declared], notes)
 
 
 def _defended(declared: Fit) -> Fit:
@@ -149,9 +155,28 @@ class _Case:
         best = equals[0]
         scale = length_ratio(best)
         fault = length_fault(best, scale, self.target, from_pixels=self.reading.from_pixels)
-        found = [] if best is self.declared else [_finding(self.declared, equals)]
+        as_declared = best.hypothesis.code in hypotheses.AS_DECLARED
+        found = [] if as_declared else [_finding(self.declared, equals)]
         found += [fault.finding] if fault else []
+        if not found:
+            unchecked = unchecked_lengths(best, scale, self.target, self.reading.setup.answer)
+            found += [unchecked] if unchecked else []
         return self._with(best, scale, fault, (*found, *notes))
+
+    def with_move(self, moved: Fit, pairings: Sequence[Fit]) -> ConventionVerdict:
+        """Return the verdict where a target that was moved explains the stations.
+
+        Args:
+            moved: How well it does.
+            pairings: Other ways to pair the lists that do, too, the preferred one first.
+        """
+        from handeye_cli.diagnosis.two_places import explains_as_much, explains_more
+
+        case = replace(self, others=(moved, *self.others))
+        if all(explains_more(moved, each) for each in pairings):
+            return case.verdict([moved])
+        as_well = [moved] if explains_as_much(moved, pairings[0]) else []
+        return case.verdict([*pairings, *as_well])
 
     def unexplained(self) -> ConventionVerdict:
         """Return the verdict on stations that no convention and no shift explains."""
@@ -210,7 +235,7 @@ class _Case:
 
 def _row(found: Fit) -> HypothesisFit:
     reading = found.hypothesis
-    as_declared = reading.code == hypotheses.DECLARED
+    as_declared = reading.code in hypotheses.AS_DECLARED
     translation = found.apart if as_declared else found.matched
     return HypothesisFit(
         reading.code, reading.description, reading.flag, found.rotation, translation
@@ -223,23 +248,25 @@ def _row_of_lengths(found: Fit, fault: LengthFault) -> HypothesisFit:
 
 
 def _finding(declared: Fit, equals: Sequence[Fit]) -> Finding:
-    best = equals[0]
-    others = [each.hypothesis.description for each in equals[1:] if not each.hypothesis.paired_anew]
-    as_well = "".join(f", and as well if {words}" for words in others[:_MOST_NAMED])
-    message = f"{_compared(declared, best)} if {best.hypothesis.description}{as_well}"
+    best, *others = equals
+    by_turns, by_lengths = gains(best, declared)
+    turned = by_turns >= min(clear_factor(best, declared), by_lengths)
+    before = _angle_text(declared, 3) if turned else _length_text(declared.apart)
+    said = "turned" if turned else "moved"
+    message = f"the stations see the target {said} by {before} as declared, {_fits(best, turned)}"
+    named = [each for each in others if not each.hypothesis.paired_anew][:_MOST_NAMED]
+    message += "".join(f", and as well {_fits(each, turned)}" for each in named)
     return Finding(best.hypothesis.code, "error", message, best.hypothesis.advice)
 
 
-def _compared(declared: Fit, best: Fit) -> str:
-    """Return how much better a reading fits, by its turns if they show it clearly."""
-    by_turns, by_lengths = gains(best, declared)
-    if by_turns >= min(clear_factor(best, declared), by_lengths):
-        before, after = np.degrees([declared.rotation, best.rotation])
-        return (
-            f"the stations see the target turned by {before:.3g} deg as declared, {after:.2g} deg"
-        )
-    before, after = _length_text(declared.apart), _length_text(best.matched)
-    return f"the stations see the target moved by {before} as declared, {after}"
+def _fits(found: Fit, turned: bool) -> str:
+    """Return how well a reading fits, in its turns or in its lengths, and what it is."""
+    size = _angle_text(found, 2) if turned else _length_text(found.matched)
+    return f"{size} if {found.hypothesis.description}"
+
+
+def _angle_text(found: Fit, digits: int) -> str:
+    return f"{np.degrees(found.rotation):.{digits}g} deg"
 
 
 def _length_text(metres: float) -> str:

@@ -52,6 +52,7 @@ class Fit:
         turns: How far the camera turns across its main axis, RMS, radians.
         t_X: (3,) translation of mount_T_camera with the lengths as they are.
         t_Z: (3,) that of reference_T_target.
+        by_camera: (3,) part of t_X that grows with the camera's lengths.
         trusted: Number of stations in the RMS.
         residuals: (2, N) of each station in rotation and translation; infinite without part.
     """
@@ -66,6 +67,7 @@ class Fit:
     turns: float
     t_X: FloatArray
     t_Z: FloatArray
+    by_camera: FloatArray
     trusted: int
     residuals: FloatArray
 
@@ -92,7 +94,7 @@ class Fit:
     @property
     def freedom(self) -> int:
         """Degrees of freedom of either residual."""
-        return max(3 * self.trusted - 6, 1)
+        return max(3 * self.trusted - 6 - self.hypothesis.more_unknowns, 1)
 
     @property
     def left_out(self) -> int:
@@ -144,6 +146,7 @@ def _fit_together(hypotheses: Sequence[Hypothesis], most: int | None) -> list[Fi
             turns=float(turns[row]),
             t_X=moved.t_X[row],
             t_Z=moved.t_Z[row],
+            by_camera=moved.by_camera[row],
             trusted=int(trusted[row]),
             residuals=np.stack([turned.residuals[row], moved.residuals[row]]),
         )
@@ -197,6 +200,8 @@ def simplest(fits: Sequence[Fit]) -> list[Fit]:
     Conventions come before pairings, in the order of the table; of the pairings, those that leave
     the fewest stations unexplained come first: a shift that begins at the right station.
     """
+    if not fits:
+        return []
     best = min(fits, key=lambda each: each.score)
     equals = [each for each in fits if as_good(each, best)]
     return sorted(equals, key=lambda each: each.left_out if each.hypothesis.paired_anew else -1)

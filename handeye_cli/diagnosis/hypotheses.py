@@ -21,6 +21,9 @@ from handeye_cli.geometry.motion_invariants import BoolArray
 from handeye_cli.records import FloatArray
 
 DECLARED = "declared"
+MOVED = "target-moved"
+AS_DECLARED = (DECLARED, MOVED)
+"""Codes of hypotheses that read the numbers as they were declared."""
 _SAME_DIGITS = 6
 """Decimals to which rotations agree that are the same reading."""
 _AXES = ("xyz", "xzy", "yzx", "yxz", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
@@ -40,6 +43,7 @@ class Hypothesis:
         B: (N, 4, 4) camera_T_target.
         mask: (N,) which stations take part.
         paired_anew: Whether other poses are put together, and not only read in another way.
+        more_unknowns: Numbers in rotation, and as many in translation, that it has fitted already.
     """
 
     code: str
@@ -50,6 +54,7 @@ class Hypothesis:
     B: FloatArray
     mask: BoolArray
     paired_anew: bool = False
+    more_unknowns: int = 0
 
 
 def declared(reading: Reading) -> Hypothesis:
@@ -139,7 +144,11 @@ def _quaternions(reading: Reading) -> Iterator[Hypothesis]:
     )
     flag = f"--quaternion-order {order}"
     if reading.from_pixels:
-        sides = [("the robot's quaternions", other_robot, camera, flag)]
+        # A flag where stations are read turns the target poses of the document as well.
+        sides = [
+            ("the robot's quaternions", other_robot, camera, flag),
+            ("the quaternions", other_robot, other_camera, flag),
+        ]
     else:
         sides = [
             ("the quaternions", other_robot, other_camera, flag),

@@ -30,6 +30,12 @@ _FARTHEST = 50.0
 _INCH_MM = 25.4
 _STEPS_MM = (5.0, 1.0)
 """Multiples of these are round sizes, where a size is four times as large or more."""
+_PERCENT = 0.01
+LENGTHS_NOT_CHECKED = "lengths-not-checked"
+_CHECK_LENGTHS = (
+    "measure the target over its whole length; stations at another distance from it, as of a "
+    "second 'handeye plan' with another --distance, would check it"
+)
 _SIZES = ("spacing_mm", "square_mm", "size_mm")
 """Keys of targets that say how large they are; a target has one of them."""
 
@@ -107,6 +113,34 @@ def length_fault(
     if abs(math.log(scale.ratio / unit.factor)) <= near:
         return _units(unit, f"{found}; they agree if {unit.description}", from_pixels=from_pixels)
     return _target_size(scale, found, target)
+
+
+def unchecked_lengths(
+    fit: Fit, scale: LengthRatio, target: TargetSpec | None, answer: str
+) -> Finding | None:
+    """Return what a target of another size would do unseen, or None where it would be seen.
+
+    Seen is what `length_fault` refuses. On a circle of stations about the target, as the paper's,
+    no motion shifts along the axis that it turns about, and nothing tells the size.
+
+    Args:
+        fit: The reading that the stations agree on.
+        scale: Its ratio of lengths.
+        target: What the target was declared to be, or None when unknown.
+        answer: Name of the transform that is looked for.
+    """
+    unseen = _CERTAIN * scale.sigma
+    if unseen <= _EXPLAINED:
+        return None
+    what = "the target's size" if target else "the size of the target behind its poses"
+    if unseen < 1.0:
+        limit = f"only to {100.0 * math.expm1(unseen):.2g} %"
+        seen = f"check {what} against the robot's lengths {limit}: a smaller error is not seen"
+    else:
+        seen = f"do not check {what} against the robot's lengths: any would fit"
+    moved = _PERCENT * float(np.linalg.norm(fit.by_camera))
+    message = f"the stations {seen}, and each per cent of it moves {answer} by {moved / MM:.2g} mm"
+    return Finding(LENGTHS_NOT_CHECKED, "info", message, _CHECK_LENGTHS)
 
 
 def _units(unit: _Unit, message: str, *, from_pixels: bool) -> LengthFault:

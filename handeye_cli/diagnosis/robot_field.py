@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handeye_cli.diagnosis.answered_stations import PARTS, AnsweredStations, carried
-from handeye_cli.geometry import smooth_fields, variance
+from handeye_cli.geometry import smooth_fields
+from handeye_cli.geometry.bounded_variances import bounded_variances
 from handeye_cli.predict import solution_covariance
 from handeye_cli.records import FloatArray
 
@@ -99,21 +100,20 @@ def _field(stations: AnsweredStations, length: float, start: FloatArray | None =
             for part in PARTS.values()
         ]
     )
-    known = _camera_part(stations)
+    known, free = _camera_part(stations), white.free
     sizes = np.array([len(known) / np.trace(shape) for shape in shapes])
-    found = variance.estimate(
-        residuals=white.values.reshape(1, -1),
-        design=white.basis[None],
-        known=known[None],
-        shapes=shapes[:, None],
+    variances = bounded_variances(
+        residuals=free.T @ white.values.ravel(),
+        known=free.T @ known @ free,
+        shapes=free.T @ shapes @ free,
         start=0.25 * sizes if start is None else np.maximum(start, 0.01 * sizes),
         floor=_LEAST * sizes,
     )
-    covariance = known + np.tensordot(found.variances, shapes, axes=1)
+    covariance = known + np.tensordot(variances, shapes, axes=1)
     likelihood = smooth_fields.restricted_log_likelihood(
         white.values.ravel(), white.basis, covariance
     )
-    return _Field(likelihood, correlations, found.variances)
+    return _Field(likelihood, correlations, variances)
 
 
 def _camera_part(stations: AnsweredStations) -> FloatArray:

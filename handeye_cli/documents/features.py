@@ -11,6 +11,7 @@ from handeye_cli.documents.place import Place
 from handeye_cli.documents.station_parts import (
     data_from_observation,
     observation_from_data,
+    shared_error_from_data,
     station_head,
     station_names,
     uncertain_robot_pose,
@@ -66,6 +67,7 @@ def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -
         reason=entry.get("reason"),
         written=written,
         robot_covariance=robot.covariance,
+        shared_error=shared_error_from_data(entry, robot.matrix, context),
     )
 
 

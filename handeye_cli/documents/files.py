@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -79,7 +78,7 @@ def streamed_file(path: str, force: bool = False) -> Iterator[BinaryIO]:
         _require_replaceable(final, path, force)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
-    temporary = final.with_name(f".{final.name}.{secrets.token_hex(4)}.tmp")
+    temporary = final.with_name(f".{final.name}.{os.urandom(4).hex()}.tmp")
     try:
         with temporary.open("xb") as file:
             yield file

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,10 @@ _HEADER = re.compile(r"handeye/([^/]*)/([0-9]+)")
 _LARGEST = 1e30
 """Far beyond any length or pixel, and small enough that no sum of products overflows."""
 _COMMON = "common.schema.json"
+_MOST_VALIDATORS = 64
+"""Of documents of different keys, kept for the next such document."""
+_ANYTHING: dict[str, Any] = {"properties": {}, "dependencies": []}
+"""Words of a schema that say something of single keys, with what says nothing there."""
 
 
 def header(kind: str) -> str:
@@ -88,13 +92,13 @@ def validate(data: Any, kind: str, label: str) -> None:
     from fastjsonschema import JsonSchemaValueException
 
     try:
-        _validator(kind)(data)
+        _validator(kind, frozenset(_keys(data)))(data)
     except JsonSchemaValueException:
         from handeye_cli.documents.complaints import complaint
 
-        # the validator that can tell what is wrong is four times as slow to compile
+        # the validator that can tell what is wrong is many times as slow to compile
         try:
-            _validator(kind, explains=True)(data)
+            _complete_validator(kind)(data)
         except JsonSchemaValueException as error:
             raise complaint(error, data, label) from error
     _require_usable(data, label)
@@ -117,14 +121,52 @@ def load(kind: str) -> dict[str, Any]:
     return schema | {"definitions": common["definitions"] | schema.get("definitions", {})}
 
 
+@lru_cache(maxsize=_MOST_VALIDATORS)
+def _validator(kind: str, keys: frozenset[str]) -> Callable[[Any], Any]:
+    """Return the validator of documents of a kind that have only these keys anywhere.
+
+    What a schema says of the values of other keys cannot matter to them; it takes most of the time
+    to compile.
+    """
+    return _compiled(_pruned(load(kind), keys), explains=False)
+
+
 @cache
-def _validator(kind: str, explains: bool = False) -> Callable[[Any], Any]:
+def _complete_validator(kind: str) -> Callable[[Any], Any]:
+    return _compiled(load(kind), explains=True)
+
+
+def _compiled(schema: dict[str, Any], *, explains: bool) -> Callable[[Any], Any]:
     import fastjsonschema
 
     validator: Callable[[Any], Any] = fastjsonschema.compile(
-        load(kind), use_default=False, detailed_exceptions=explains
+        schema, use_default=False, detailed_exceptions=explains
     )
     return validator
+
+
+def _keys(data: Any) -> Iterator[str]:
+    """Yield every key of a document, many of them again and again."""
+    if isinstance(data, dict):
+        yield from data
+    for item in data.values() if isinstance(data, dict) else data:
+        if isinstance(item, dict | list):
+            yield from _keys(item)
+
+
+def _pruned(schema: Any, keys: frozenset[str]) -> Any:
+    """Return a schema without what it says of the values of other keys; they stay allowed."""
+    if isinstance(schema, list):
+        return [_pruned(each, keys) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    pruned = {word: _pruned(rule, keys) for word, rule in schema.items() if word not in _ANYTHING}
+    for word in _ANYTHING.keys() & schema.keys():
+        rules = schema[word]
+        pruned[word] = {
+            key: _pruned(rules[key], keys) if key in keys else _ANYTHING[word] for key in rules
+        }
+    return pruned
 
 
 def _require_usable(data: Any, label: str) -> None:

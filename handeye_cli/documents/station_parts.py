@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from handeye_cli.conventions import RobotPoses
 from handeye_cli.documents.context import Context
 from handeye_cli.documents.place import Place
 from handeye_cli.documents.poses import (
@@ -17,6 +18,7 @@ from handeye_cli.documents.poses import (
 )
 from handeye_cli.documents.written import data_from_written, written_from_data
 from handeye_cli.errors import InputError
+from handeye_cli.geometry import se3
 from handeye_cli.records import FloatArray, Observation, RecordedStation, Station, UncertainPose
 from handeye_cli.records.line import WrittenRotation
 
@@ -77,6 +79,26 @@ def uncertain_robot_pose(
     return pose, written_from_data(station, pose.matrix, context.poses, place)
 
 
+def shared_error_from_data(
+    station: dict[str, Any], base_T_gripper: FloatArray, context: Context
+) -> FloatArray | None:
+    """Return the (6,) error of `base_T_gripper` that all stations share, or None.
+
+    Args:
+        station: The station's entry, which has it for the robot's pose as it is written.
+        base_T_gripper: (4, 4) the pose.
+        context: How the document writes poses.
+    """
+    if "shared_error" not in station:
+        return None
+    conventions = context.poses
+    error = np.array(station["shared_error"], dtype=float)
+    error[:3] *= conventions.units.metres
+    if conventions.robot_poses is not RobotPoses.BASE_IN_GRIPPER:
+        return error
+    return np.asarray(se3.inverse_jacobian(se3.inverse(base_T_gripper)) @ error)
+
+
 def observation_from_data(station: dict[str, Any], place: Place) -> Observation | None:
     """Return what a station's entry says was seen, or None when it has no pixels.
 
@@ -119,9 +141,13 @@ def robot_pose_data(station: RecordedStation | Station) -> dict[str, Any]:
 
 def station_head(station: Station) -> dict[str, Any]:
     """Return the name and the robot's pose, which every entry of a station begins with."""
-    pose = UncertainPose(station.base_T_gripper, station.robot_covariance)
+    pose, error = (
+        UncertainPose(station.base_T_gripper, station.robot_covariance),
+        station.shared_error,
+    )
     return {
         "name": station.name,
         **robot_pose_data(station),
         "base_T_gripper": data_from_pose(pose),
+        "shared_error": None if error is None else (error + 0.0).tolist(),
     }

@@ -12,6 +12,7 @@ from handeye_cli.documents.poses import data_from_pose, pose_from_data
 from handeye_cli.documents.station_parts import (
     data_from_observation,
     observation_from_data,
+    shared_error_from_data,
     station_head,
     station_names,
     uncertain_robot_pose,
@@ -54,6 +55,7 @@ def _station(entry: dict[str, Any], name: str, context: Context, place: Place) -
         reason=entry.get("reason"),
         written=written,
         robot_covariance=robot.covariance,
+        shared_error=shared_error_from_data(entry, robot.matrix, context),
     )
 
 

@@ -21,6 +21,8 @@ PlateToPixel = Callable[[FloatArray], FloatArray]
 _PLUMB_BOB_SIZE = 12
 _EQUIDISTANT_SIZE = 4
 _NEWTON_STEPS = 25
+_HIT = 1e-9
+"""Error on the plane z = 1 within which a direction has the pixel as its image."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def normalise(
         pixels: (..., 2) pixels.
         parameters: (4 + k,) intrinsics.
         model: Name of the distortion model.
-        tolerance: Error on the plane z = 1 that is small enough, at most 1e-9.
+        tolerance: Error on the plane z = 1 that is small enough.
 
     Returns:
         (..., 2) coordinates on the plane z = 1; NaN where no direction has this pixel as image.
@@ -112,8 +114,9 @@ def normalise(
         if np.max(np.abs(error), initial=0.0) < tolerance:
             break
         xy = xy - _solve2(slope, error)
-    distorted, slope = _bend_and_slope(xy, k)
-    hit = np.max(np.abs(distorted - wanted), axis=-1) <= 1e-9
+    else:
+        distorted, slope = _bend_and_slope(xy, k)
+    hit = np.max(np.abs(distorted - wanted), axis=-1) <= max(tolerance, _HIT)
     # Beyond its fold the model maps a second, mirrored direction to the same pixel.
     (a, b), (c, d) = np.moveaxis(slope, (-2, -1), (0, 1))
     unfolded = (a * d - b * c > 0) & (a + d > 0)
@@ -130,7 +133,7 @@ def _unbend(wanted: FloatArray, coefficients: FloatArray) -> FloatArray:
         slope = 1 + powers @ (k * np.array([3, 5, 7, 9]))
         theta = theta - (theta * (1 + powers @ k) - radius) / np.where(slope > 0, slope, np.nan)
     bent = theta * (1 + theta[..., None] ** np.array([2, 4, 6, 8]) @ k)
-    valid = (np.abs(bent - radius) <= 1e-9) & (theta < 0.5 * np.pi)
+    valid = (np.abs(bent - radius) <= _HIT) & (theta < 0.5 * np.pi)
     gain = np.where(radius > 1e-12, np.tan(theta) / np.maximum(radius, 1e-12), 1.0)
     return np.where(valid[..., None], wanted * gain[..., None], np.nan)
 
@@ -198,7 +201,7 @@ class _Radial(NamedTuple):
         r2 = x * x + y * y
         r4 = r2 * r2
         above = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))
-        below = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) if np.any(k[5:8]) else 1.0
+        below = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) if k[5:8].any() else 1.0
         return cls(r2, r4, above / below, below)
 
 
@@ -206,11 +209,11 @@ def _bend(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
     _, _, p1, p2, *_, s1, s2, s3, s4 = k
     x, y, r2 = xy[..., 0], xy[..., 1], radial.r2
     out = xy * radial.gain[..., None]
-    if np.any(k[2:4]):
+    if k[2:4].any():
         xy2 = 2 * x * y
         out[..., 0] += p1 * xy2 + p2 * (r2 + 2 * x * x)
         out[..., 1] += p1 * (r2 + 2 * y * y) + p2 * xy2
-    if np.any(k[8:]):
+    if k[8:].any():
         out[..., 0] += s1 * r2 + s2 * radial.r4
         out[..., 1] += s3 * r2 + s4 * radial.r4
     return out

@@ -9,8 +9,8 @@ that spreads and a camera that is not linear add s (1 - T^2), which widens the s
 
 All this but the slope of the light looks the same after half a turn about the corner, and a shift
 looks opposite: what the model misses of blur, ink and angles does not move the corner. The slope
-looks much like a shift; it is tied to the course of the light over the board. All corners of an
-image are fitted at once, in single precision.
+looks much like a shift; it is tied to the course of the light over the board. Grey levels are
+clipped where the sensor clips. All corners of an image are fitted at once, in single precision.
 """
 
 from __future__ import annotations
@@ -31,6 +31,12 @@ from handeye_cli.geometry.corner_pixels import (
     crossings,
 )
 from handeye_cli.geometry.light_slopes import Light, course_of_light
+from handeye_cli.geometry.sensor_limits import (
+    FIRST_NOISE,
+    clip_model,
+    fainter,
+    levels_held,
+)
 
 _FIRST_BLUR = 0.8
 _FIRST_BAND = 3.0
@@ -46,7 +52,9 @@ _CORE_BLURS = 4.5
 _CLEAR_BLURS = 3.0
 """How far what is printed in a light square is seen."""
 _BLUR_LIMITS = (0.3, 4.0)
-_FIRST_STEPS, _LAST_STEPS = 3, 2
+_FIRST_STEPS, _LAST_STEPS, _STEPS_CLIPPED = 3, 2, 8
+_AT_REST = 0.002
+"""After a step by fewer pixels a fit of clipped light ends, too."""
 _STEEPEST = 0.2
 """Likely change of the light over half a window, before its course is known."""
 _ROUNDING = 1.0 / 12.0
@@ -90,7 +98,7 @@ class _Progress:
         state: (n, 8) parameters.
         normal: (n, 8, 8) information on them, for residuals of one grey level.
         squares: (n,) sums of squared residuals before the last step, which is small.
-        count: (n,) pixels that take part.
+        count: (n,) pixels that take part and tell of the light.
     """
 
     state: FloatArray
@@ -222,9 +230,11 @@ def _first_state(pixels: CornerPixels) -> FloatArray:
     state[:, _BLUR] = _FIRST_BLUR
     ramps = np.clip(pixels.distance / np.float32(_FIRST_BLUR), -1.0, 1.0)
     T = ramps[:, 0] * ramps[:, 1]
-    rows = np.stack([np.ones_like(T), T], axis=1) * pixels.weight[:, None]
+    weight = fainter(pixels.weight, pixels.at_limits)
+    rows = np.stack([np.ones_like(T), T], axis=1) * weight[:, None]
     normal = rows @ np.swapaxes(rows, -1, -2) + 1e-6 * np.eye(2)
-    light, drop = np.linalg.solve(normal, rows @ pixels.grey[..., None])[..., 0].T
+    right = rows @ (weight * pixels.grey)[..., None]
+    light, drop = np.linalg.solve(normal, right)[..., 0].T
     state[:, _LIGHT] = np.maximum(light, 1.0)
     state[:, _CONTRAST] = -drop / state[:, _LIGHT]
     return state
@@ -233,22 +243,40 @@ def _first_state(pixels: CornerPixels) -> FloatArray:
 def _iterate(
     pixels: CornerPixels, shear: SingleArray, state: FloatArray, prior: _Prior, steps: int
 ) -> _Progress:
-    """Take some Gauss-Newton steps."""
-    weight, count = pixels.weight, np.sum(pixels.weight, axis=1, dtype=float)
+    """Take some Gauss-Newton steps, more where light beyond the sensor's limits comes to rest."""
+    weight, whole = pixels.weight, np.sum(pixels.weight, axis=1, dtype=float)
+    count, noise = whole, FIRST_NOISE**2
     core = pixels.core(_SLACK + _CORE_BLURS * float(np.median(state[:, _BLUR])))
     strength = np.broadcast_to(1.0 / prior.variance, prior.mean.shape)
-    for _ in range(steps):
+    for number in range(_STEPS_CLIPPED if pixels.clipped else steps):
         model, J = _model(pixels, shear, state, core)
+        if pixels.clipped:
+            count = np.maximum(whole - clip_model(model, J, weight, math.sqrt(noise)), 1.0)
         left = (pixels.grey - model) * weight
         J *= weight[:, None]
         squares = np.sum(left * left, axis=1, dtype=float)
-        noise = np.median(squares / np.maximum(count, 1.0)) + 1e-3
+        noise = float(np.median(squares / np.maximum(count, 1.0))) + 1e-3
         normal = (J @ np.swapaxes(J, -1, -2)).astype(float)
         right = (J @ left[..., None])[..., 0].astype(float)
+        if pixels.clipped:
+            normal, right = _held(normal, right, state, math.sqrt(noise))
         normal[:, [4, 5], [4, 5]] += noise * strength
         right[:, _SLOPE] += noise * strength * (prior.mean - state[:, _SLOPE])
         normal += 1e-6 * np.eye(_PARAMETERS) * (np.einsum("nii->ni", normal)[:, None] + 1e-9)
         step = np.linalg.solve(normal, right[..., None])[..., 0]
         state = state + np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         state[:, _BLUR] = np.clip(state[:, _BLUR], *_BLUR_LIMITS)
+        if number + 1 >= steps and np.max(np.abs(step[:, _SHIFT])) < _AT_REST:
+            break
     return _Progress(state, normal, squares, count)
+
+
+def _held(
+    normal: FloatArray, right: FloatArray, state: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return normal equations that know that no square is far beyond the sensor's limits."""
+    light, contrast = state[:, _LIGHT], state[:, _CONTRAST]
+    levels = np.stack([light * (1.0 + contrast), light * (1.0 - contrast)], axis=-1)
+    by_light = np.stack([1.0 + contrast, 1.0 - contrast], axis=-1)
+    slopes = np.stack([by_light, np.stack([light, -light], axis=-1)], axis=-1)
+    return levels_held((normal, right), levels, slopes, (_LIGHT, _CONTRAST), noise)

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.blurred_edge import SingleArray
 from handeye_cli.geometry.camera import PlateToPixel
+from handeye_cli.geometry.sensor_limits import BLACK, WHITE
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -72,6 +74,17 @@ class CornerPixels:
     offset: SingleArray
     distance: SingleArray
     place: SingleArray
+
+    @cached_property
+    def at_limits(self) -> IntArray:
+        """(k,) pixels of weight that are black or white, counted row by row."""
+        grey, seen = self.grey.ravel(), self.weight.ravel() > 0.0
+        return np.flatnonzero(((grey <= BLACK) | (grey >= WHITE)) & seen)
+
+    @property
+    def clipped(self) -> bool:
+        """Whether light beyond the limits of the sensor may be among them."""
+        return len(self.at_limits) > 0
 
     def thinned(self, step: int) -> CornerPixels:
         """Return every `step`-th pixel."""

@@ -29,6 +29,10 @@ _BY_X = np.stack([_ONE, 0.0 * _ONE, 2.0 * _X, 2.0 * _Y, 2.0 * _X])
 _BY_Y = np.stack([0.0 * _ONE, _ONE, -2.0 * _Y, 2.0 * _X, 2.0 * _Y])
 """Derivatives of these terms, and of xx + yy, by x and y at the points around: (5, 16)."""
 _DERIVATIVES = np.concatenate([_BY_X, _BY_Y], axis=1)
+_AFTER, _BEFORE = np.roll(np.arange(_RIM), -1), np.roll(np.arange(_RIM), 1)
+_SLOPES = np.array([[1, 3, 4], [2, 4, 5]])
+_TIMES = np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 2.0]])
+"""Which coefficients of a quadratic are in its derivatives by u and v, and how many times."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,7 @@ def conics_of(images: FloatArray) -> Conics:
     np.multiply(rim, rim[:, :1], out=terms[:, 2:4])
     np.multiply(rim[:, 1], rim[:, 1], out=terms[:, 4])
     # distances from the conic count all along the outline alike
-    along = np.roll(rim, -1, axis=-1) - np.roll(rim, 1, axis=-1)
+    along = rim[..., _AFTER] - rim[..., _BEFORE]
     weighted = terms / np.sqrt(np.sum(along * along, axis=1, keepdims=True))
     fitting = np.linalg.inv(weighted @ terms.transpose(0, 2, 1)) @ weighted
     level = np.empty((len(images), 6))
@@ -122,7 +126,7 @@ def _ellipses(slopes: FloatArray) -> Ellipses:
 
 def slopes_of(level: FloatArray) -> FloatArray:
     """Return (..., 2, 3) coefficients of 1, u, v in the derivatives of (..., 6) quadratics."""
-    return np.asarray(level[..., [[1, 3, 4], [2, 4, 5]]] * [[1.0, 2.0, 1.0], [1.0, 1.0, 2.0]])
+    return np.asarray(level[..., _SLOPES] * _TIMES)
 
 
 def moved_to(level: FloatArray, origin: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,11 +50,9 @@ def paper_between(
     Returns:
         The patches that are nowhere black or white, none where the discs leave no room.
     """
-    middles = _middles(discs[:, :2])
-    room = np.sqrt(np.sum((middles[:, None] - discs[:, :2]) ** 2, axis=-1)) - discs[:, 2]
-    radius = np.min(room, axis=1, initial=np.inf)
+    middles, room = _middles(np.ascontiguousarray(discs).tobytes())
     places = to_pixel(middles)
-    free = (np.min(radius, initial=np.inf) * scale - clear) / math.sqrt(2.0)
+    free = (room * scale - clear) / math.sqrt(2.0)
     reach = min(math.floor(free), _WIDEST) if len(middles) else -1
     if reach < 0:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
@@ -68,8 +67,14 @@ def paper_between(
     return Patchwork(at[told].astype(float), grey[told].mean(axis=1), len(line) ** 2)
 
 
-def _middles(centres: FloatArray) -> FloatArray:
-    """Return the (m, 2) middles between diagonal neighbours, each once."""
+@lru_cache(maxsize=64)
+def _middles(plate: bytes) -> tuple[FloatArray, float]:
+    """Return the (m, 2) middles between diagonal neighbours, each once, and the room around them.
+
+    All images of a plate ask for them. The room is the distance to the nearest disc's edge.
+    """
+    discs = np.frombuffer(plate).reshape(-1, 3)
+    centres = discs[:, :2]
     towards = centres - centres[:, None]
     square = np.sum(towards**2, axis=-1)
     nearest = typical(np.partition(square, 1, axis=1)[:, 1])
@@ -77,4 +82,6 @@ def _middles(centres: FloatArray) -> FloatArray:
     # of the two diagonals through a middle, which are at right angles, one goes this way
     quarter = (towards[..., 0] > 1e-9) & (towards[..., 1] > -1e-9)
     first, second = np.nonzero((square > low) & (square < high) & quarter)
-    return np.asarray((centres[first] + centres[second]) / 2.0)
+    middles = (centres[first] + centres[second]) / 2.0
+    room = np.linalg.norm(middles[:, None] - centres, axis=-1) - discs[:, 2]
+    return middles, float(np.min(room, initial=np.inf))

@@ -35,8 +35,9 @@ KEPT_SHIFT, KEPT_LIGHT = slice(0, 2), 2
 _DAMPING = 1e-6
 _SOUND = 9.0
 """Squared residuals over the median above which a disc is covered or stained."""
-_STILL = 0.03
-"""After a step by fewer blurs next to nothing is left to another one."""
+_STILL_AT_FIRST, _STILL = 0.03, 0.07
+"""After a step by fewer blurs next to nothing is left to another one; what the first round takes
+the blur and the light for stays."""
 _MOST_STEPS, _MOST_STEPS_CLIPPED = 2, 10
 _LIGHT_STILL = 0.2
 """Light beyond the limits of the sensor comes to rest slowly: to this share of the noise."""
@@ -117,15 +118,17 @@ def settled(
         state: (n, p) where to start; terms of the light that the prior does not know are left out.
         by_shift: (n, 2, 2) derivatives of the images of the centres by the shifts.
         noise: Standard deviation of a grey level, which matters at the limits of the sensor.
-        prior: What the light should do; variances in units of that of a grey level.
+        prior: What the light should do; variances in units of that of a grey level. None in a
+            first round, which another one follows.
     """
+    enough = _STILL_AT_FIRST
     if prior is not None:
-        state = _with_terms(state, prior.mean.shape[1])
+        state, enough = _with_terms(state, prior.mean.shape[1]), _STILL
     for _ in range(_MOST_STEPS_CLIPPED if edges.clipped else _MOST_STEPS):
         last = _stepped(edges, state, noise, prior)
         change = last.state - state
         state = last.state
-        still = np.max(np.abs(by_shift @ change[:, SHIFT, None])) < _STILL * last.blur
+        still = np.max(np.abs(by_shift @ change[:, SHIFT, None])) < enough * last.blur
         if still and (not edges.clipped or _light_rests(change, last)):
             break
     return last

@@ -38,10 +38,9 @@ from handeye_cli.geometry.edge_pixels import (
 )
 from handeye_cli.geometry.sensor_limits import (
     FIRST_NOISE,
-    clipped,
+    clip_model,
     fainter,
     held_within,
-    near_limits,
 )
 
 _FIRST_BLUR = 0.8
@@ -301,7 +300,7 @@ def _normal_equations(
         (m, 6, 6) and (m, 6) the equations, (m,) squared residuals, (m,) pixels lost to clipping.
     """
     model, J = _model(band, state, across)
-    lost = _clip(band, model, J, noise) if band.clipped else np.zeros(len(state))
+    lost = clip_model(model, J, band.weight, noise) if band.clipped else np.zeros(len(state))
     left = (band.grey - model) * band.weight
     J *= band.weight[:, None]
     squared = np.sum(left * left, axis=1, dtype=float)
@@ -310,16 +309,6 @@ def _normal_equations(
     if band.clipped:
         normal, wanted = held_within(normal, wanted, state, (_LIGHT, _INK), noise)
     return normal, wanted, squared, lost
-
-
-def _clip(band: Band, model: SingleArray, J: SingleArray, noise: float) -> FloatArray:
-    """Clip (m, p) grey levels and their (m, 6, p) derivatives, in place; return the (m,) lost."""
-    near = np.flatnonzero(near_limits(model, noise) & (band.weight > 0.0))
-    side, pixel = np.divmod(near, model.shape[1])
-    seen = clipped(model[side, pixel], noise)
-    model[side, pixel] = seen.mean
-    J[side, :, pixel] *= seen.slope[:, None]
-    return np.asarray(np.bincount(side, 1.0 - seen.variance, len(model)))
 
 
 def _noise(squared: FloatArray, count: FloatArray) -> float:

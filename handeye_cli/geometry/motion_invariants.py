@@ -58,6 +58,7 @@ class TranslationFit(NamedTuple):
     Attributes:
         t_X: (..., 3) translation of mount_T_camera with the lengths as they are.
         t_Z: (..., 3) that of reference_T_target.
+        by_camera: (..., 3) part of t_X that grows with the camera's lengths.
         ratio: (...) lengths of the robot over those of the camera.
         correlation: (...) between what both sides say about the ratio, -1 to 1.
         residuals: (..., N) of the stations with that ratio; infinite where a station is masked.
@@ -68,6 +69,7 @@ class TranslationFit(NamedTuple):
 
     t_X: FloatArray
     t_Z: FloatArray
+    by_camera: FloatArray
     ratio: FloatArray
     correlation: FloatArray
     residuals: FloatArray
@@ -151,6 +153,7 @@ def fit_translations(
     return TranslationFit(
         t_X=t_X,
         t_Z=_mean(closed, weights)[..., 0, :],
+        by_camera=parts.by_camera,
         ratio=parts.ratio(weights),
         correlation=parts.correlation(weights),
         residuals=np.where(mask, residuals, np.inf),

@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 from handeye_cli.geometry import rotations, statistics
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _NUMERICAL_FLOOR = 1e-9
 _FEWEST_MOTIONS = 6
 _CERTAIN_AXIS = 1.95
 """Length of an axis beyond which noise may turn it round: 2 sin(angle / 2) for 154 deg."""
+
+
+_NEAR_HALF = 0.3
+"""Radians from a half turn up to which noise, even a lot, may turn an axis round."""
 
 
 class MotionSpread(NamedTuple):
@@ -57,6 +62,22 @@ def motion_spread(motion_g: FloatArray, motion_c: FloatArray) -> MotionSpread:
         second_axis=float(min(sizes_g[1], sizes_c[1]) / np.sqrt(len(P_g))),
         main_axis=directions[0],
     )
+
+
+def half_turns(R: FloatArray) -> BoolArray:
+    """Return which motions from the first of some rotations to the others are nearly half turns.
+
+    Where none is, every motion has an axis whose sign is certain. Rotations about more than one
+    axis that allow two answers have a half turn here, whichever comes first.
+
+    Args:
+        R: (N, 3, 3) rotations.
+
+    Returns:
+        (N - 1,) of the others.
+    """
+    traces = np.einsum("ij,nij->n", R[0], R[1:])
+    return np.asarray(traces < 1.0 - 2.0 * np.cos(_NEAR_HALF))
 
 
 class ScrewScale(NamedTuple):

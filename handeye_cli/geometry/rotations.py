@@ -25,10 +25,12 @@ def skew(v: FloatArray) -> FloatArray:
         (..., 3, 3) matrices.
     """
     v = np.asarray(v, dtype=float)
-    zero = np.zeros(v.shape[:-1])
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
-    return np.stack(rows, axis=-1).reshape(*v.shape[:-1], 3, 3)
+    # filled in place: `np.stack` of so many numbers takes longer than all else here
+    K = np.zeros((*v.shape[:-1], 3, 3))
+    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -z, y, -x
+    K[..., 1, 0], K[..., 2, 0], K[..., 2, 1] = z, -y, x
+    return K
 
 
 def exp(v: FloatArray) -> FloatArray:
@@ -80,18 +82,17 @@ def matrix_from_quaternion(q: FloatArray) -> FloatArray:
     """
     q = np.asarray(q, dtype=float)
     x, y, z, w = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
-    rows = [
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - z * w),
-        2 * (x * z + y * w),
-        2 * (x * y + z * w),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - x * w),
-        2 * (x * z - y * w),
-        2 * (y * z + x * w),
-        1 - 2 * (x * x + y * y),
-    ]
-    return np.stack(rows, axis=-1).reshape(*q.shape[:-1], 3, 3)
+    R = np.empty((*q.shape[:-1], 3, 3))
+    R[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    R[..., 0, 1] = 2 * (x * y - z * w)
+    R[..., 0, 2] = 2 * (x * z + y * w)
+    R[..., 1, 0] = 2 * (x * y + z * w)
+    R[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    R[..., 1, 2] = 2 * (y * z - x * w)
+    R[..., 2, 0] = 2 * (x * z - y * w)
+    R[..., 2, 1] = 2 * (y * z + x * w)
+    R[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return R
 
 
 def quaternion_from_matrix(R: FloatArray) -> FloatArray:
@@ -108,25 +109,17 @@ def quaternion_from_matrix(R: FloatArray) -> FloatArray:
     """
     R = np.asarray(R, dtype=float)
     xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
-    xy, xz, yz = (
-        R[..., 0, 1] + R[..., 1, 0],
-        R[..., 0, 2] + R[..., 2, 0],
-        R[..., 1, 2] + R[..., 2, 1],
-    )
-    xw, yw, zw = (
-        R[..., 2, 1] - R[..., 1, 2],
-        R[..., 0, 2] - R[..., 2, 0],
-        R[..., 1, 0] - R[..., 0, 1],
-    )
-    outer = np.stack(
-        [
-            np.stack([1 + xx - yy - zz, xy, xz, xw], axis=-1),
-            np.stack([xy, 1 - xx + yy - zz, yz, yw], axis=-1),
-            np.stack([xz, yz, 1 - xx - yy + zz, zw], axis=-1),
-            np.stack([xw, yw, zw, 1 + xx + yy + zz], axis=-1),
-        ],
-        axis=-2,
-    )
+    outer = np.empty((*R.shape[:-2], 4, 4))
+    outer[..., 0, 0] = 1 + xx - yy - zz
+    outer[..., 1, 1] = 1 - xx + yy - zz
+    outer[..., 2, 2] = 1 - xx - yy + zz
+    outer[..., 3, 3] = 1 + xx + yy + zz
+    outer[..., 0, 1] = outer[..., 1, 0] = R[..., 0, 1] + R[..., 1, 0]
+    outer[..., 0, 2] = outer[..., 2, 0] = R[..., 0, 2] + R[..., 2, 0]
+    outer[..., 1, 2] = outer[..., 2, 1] = R[..., 1, 2] + R[..., 2, 1]
+    outer[..., 0, 3] = outer[..., 3, 0] = R[..., 2, 1] - R[..., 1, 2]
+    outer[..., 1, 3] = outer[..., 3, 1] = R[..., 0, 2] - R[..., 2, 0]
+    outer[..., 2, 3] = outer[..., 3, 2] = R[..., 1, 0] - R[..., 0, 1]
     best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     q = np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)

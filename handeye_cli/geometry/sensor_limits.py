@@ -84,6 +84,28 @@ def clipped(light: SingleArray, noise: float) -> Clipped:
     return Clipped(limit + inward * scale * below, within, variance)
 
 
+def clip_model(
+    model: SingleArray, slopes: SingleArray, weight: SingleArray, noise: float
+) -> FloatArray:
+    """Clip modelled grey levels and their derivatives as the sensor does, in place.
+
+    Args:
+        model: (n, m) grey levels.
+        slopes: (n, p, m) their derivatives.
+        weight: (n, m) of the pixels; nothing is done to those without.
+        noise: Standard deviation of a grey level.
+
+    Returns:
+        (n,) pixels that tell nothing any more, in sum.
+    """
+    near = np.flatnonzero(near_limits(model, noise) & (weight > 0.0))
+    row, pixel = np.divmod(near, model.shape[1])
+    seen = clipped(model[row, pixel], noise)
+    model[row, pixel] = seen.mean
+    slopes[row, :, pixel] *= seen.slope[:, None]
+    return np.asarray(np.bincount(row, 1.0 - seen.variance, len(model)))
+
+
 def held_within(
     normal: FloatArray,
     wanted: FloatArray,
@@ -105,11 +127,30 @@ def held_within(
     light, ink = state[:, light_and_ink].T
     one, zero = np.ones_like(light), np.zeros_like(light)
     levels = np.stack([light, light * ink], axis=-1)
-    beyond = levels - np.clip(levels, BLACK, WHITE)
     slopes = np.stack([np.stack([one, zero], axis=-1), np.stack([ink, light], axis=-1)], axis=1)
-    slopes *= beyond[..., None] != 0.0
+    return levels_held((normal, wanted), levels, slopes, light_and_ink, noise)
+
+
+def levels_held(
+    equations: tuple[FloatArray, FloatArray],
+    levels: FloatArray,
+    slopes: FloatArray,
+    parameters: tuple[int, int],
+    noise: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return normal equations with the knowledge that k levels are not far beyond the limits.
+
+    Args:
+        equations: (n, p, p) normal matrices, for grey levels, and (n, p) their right hand sides.
+        levels: (n, k) grey levels, of dark and light parts.
+        slopes: (n, k, 2) their derivatives by two parameters.
+        parameters: Which parameters these are.
+        noise: Standard deviation of a grey level.
+    """
+    beyond = levels - np.clip(levels, BLACK, WHITE)
+    slopes = slopes * (beyond[..., None] != 0.0)
     weighted = (noise / _BEYOND) ** 2 * np.swapaxes(slopes, -1, -2)
-    normal, wanted = normal.copy(), wanted.copy()
-    normal[np.ix_(range(len(state)), light_and_ink, light_and_ink)] += weighted @ slopes
-    wanted[:, light_and_ink] -= (weighted @ beyond[..., None])[..., 0]
+    normal, wanted = (part.copy() for part in equations)
+    normal[np.ix_(range(len(normal)), parameters, parameters)] += weighted @ slopes
+    wanted[:, parameters] -= (weighted @ beyond[..., None])[..., 0]
     return normal, wanted

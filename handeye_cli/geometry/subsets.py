@@ -22,7 +22,11 @@ def subsets(count: int, size: int, most: int) -> NDArray[np.int64]:
     """
     if comb(count, size) <= most:
         return np.array(list(combinations(range(count), size)))
-    drawn = np.random.default_rng(0).integers(count, size=(2 * most, size))
+    # not NumPy's generators, which take far longer to load than these few numbers to draw
+    from random import Random
+
+    draw = Random(0).random
+    drawn = np.array([[int(draw() * count) for _ in range(size)] for _ in range(2 * most)])
     ordered = np.sort(drawn, axis=1)
     different = np.all(np.diff(ordered, axis=1) > 0, axis=1)
     return ordered[different][:most]

@@ -19,9 +19,18 @@ from handeye_cli.recording.options import McapOptions, PauseThresholds
 
 if TYPE_CHECKING:
     from handeye_cli.recording.several_files import Paths
+    from handeye_cli.recording.summary import Looked
     from handeye_cli.records import Inspection, Recording
 
-__all__ = ["McapOptions", "PauseThresholds", "files_of", "is_recording", "read", "summarise"]
+__all__ = [
+    "McapOptions",
+    "PauseThresholds",
+    "files_of",
+    "is_recording",
+    "look",
+    "read",
+    "summarise",
+]
 
 _MAGIC = b"\x89MCAP0\r\n"
 _ENDINGS = (".mcap", ".mcap.zstd", ".mcap.zst", ".db3", ".bag")
@@ -98,6 +107,14 @@ def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> In
         InputError: The file cannot be opened, is no MCAP or is damaged.
         UsageError: Options contradict each other.
     """
+    return look(path, options, flags).inspection
+
+
+def look(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Looked:
+    """Return the same as `summarise`, and the recording itself where nothing is in the way.
+
+    The files are gone through once. The arguments and errors are those of `summarise`.
+    """
     from handeye_cli.recording import summary
 
-    return summary.summarise(path, options, flags)
+    return summary.look(path, options, flags)

@@ -60,7 +60,22 @@ def read(paths: Paths, options: McapOptions) -> Recording:
             where=path,
             hint=f"give --setup {choices}",
         )
-    content = survey.take(paths)
+    return recording_of(survey.take(paths), options, options.setup)
+
+
+def recording_of(content: Survey, options: McapOptions, setup: Setup) -> Recording:
+    """Return the stations of a recording that was looked through; see `read`.
+
+    Args:
+        content: What it holds.
+        options: What it cannot say, and choices where it says more than one thing.
+        setup: Where the camera is fixed.
+
+    Raises:
+        InputError: The recording lacks images, poses or pauses, or a choice is ambiguous.
+        UsageError: Options contradict each other.
+    """
+    path = content.path
     with _with_damage_named(content):
         frames = selection.images(content, options.image_topic)
         camera, camera_findings = camera_for(content, frames, options)
@@ -71,7 +86,7 @@ def read(paths: Paths, options: McapOptions) -> Recording:
     told = [line.clock_finding] if line.clock_finding else []
     told.append(findings.choices(chain.base, chain.gripper, frames.topic))
     return Recording(
-        setup=options.setup,
+        setup=setup,
         stations=_stations(path, frames, line, moving),
         target=options.target,
         camera=camera,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from handeye_cli.conventions import Setup
@@ -17,7 +18,7 @@ from handeye_cli.recording.survey import ImageFrames, Survey
 from handeye_cli.recording.timeline import Timeline, timeline
 from handeye_cli.recording.topics import TopicCounter
 from handeye_cli.recording.transforms import Chain, Samples
-from handeye_cli.records import Camera, Finding, Inspection
+from handeye_cli.records import Camera, Finding, Inspection, Recording
 from handeye_cli.records.recording_summary import (
     LinkSummary,
     MissingFlag,
@@ -34,16 +35,26 @@ _PLACEHOLDERS = {"--setup": "WHERE", "--target": "SPEC", "--gripper-frame": "FRA
 _TOPIC = "TOPIC"
 
 
-def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
-    """Look into an MCAP recording, before and without a calibration.
+@dataclass(frozen=True)
+class Looked:
+    """What one pass over a recording told.
+
+    Attributes:
+        inspection: What is in it; choices that have to be made first are errors of the diagnosis.
+        recording: Its stations, or None while something is in the way of reading it.
+    """
+
+    inspection: Inspection
+    recording: Recording | None
+
+
+def look(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Looked:
+    """Look into an MCAP recording, and read it where nothing is in the way of that.
 
     Args:
         path: The MCAP file, a folder, or several of these.
         options: Choices; what they leave open is looked for in the file.
         flags: The choices as they were given on the command line, by name without dashes.
-
-    Returns:
-        What is in it; choices that have to be made first are errors of the diagnosis.
 
     Raises:
         InputError: The file cannot be opened, is no MCAP file or is damaged.
@@ -64,9 +75,12 @@ def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> In
         missing=missing,
         command=_command(path, flags, missing),
     )
-    return Inspection(
+    inspection = Inspection(
         setup=options.setup, stations=(), diagnosis=tuple(chooser.findings), recording=summary
     )
+    if options.setup is None or not summary.ready:
+        return Looked(inspection, None)
+    return Looked(inspection, stations.recording_of(content, options, options.setup))
 
 
 class _Chooser:

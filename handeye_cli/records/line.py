@@ -100,8 +100,11 @@ class Station:
         camera_T_target: Pose of the target in the camera, or None when unknown.
         reason: Why the station cannot be used, or None.
         written: How the robot's pose was written, or None for the default form.
-        robot_covariance: (6, 6) of `base_T_gripper` beside the robot's own noise, or None: what an
-            uncertain time adds to it while the robot moves.
+        robot_covariance: (6, 6) of `base_T_gripper` beside the robot's own noise, or None: what the
+            scatter of the images' times adds to it while the robot moves.
+        shared_error: (6,) by how much `base_T_gripper` is off where all stations are off by one
+            standard deviation of an error that they share, or None: what the uncertainty of the
+            time between images and poses makes of the robot's velocity.
     """
 
     name: str
@@ -111,6 +114,7 @@ class Station:
     reason: str | None = None
     written: WrittenRotation | None = None
     robot_covariance: FloatArray | None = None
+    shared_error: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from handeye_cli.records import Finding
+from handeye_cli.render.finding_lines import headline
 from handeye_cli.render.text import printable
 
 _WIDTH = 100
@@ -57,8 +58,7 @@ def show_findings(console: Console, findings: Iterable[Finding]) -> None:
     A file or pipe gets unbroken lines, so that they can be searched.
     """
     for finding in findings:
-        text = f"{finding.severity}: {printable(finding.message)} [{finding.code}]"
-        _show_paragraph(console, text, _STYLES.get(finding.severity, ""), margin="")
+        _show_paragraph(console, headline(finding), _STYLES.get(finding.severity, ""), margin="")
         if finding.advice:
             _show_paragraph(console, printable(finding.advice), "", margin="  ")
 

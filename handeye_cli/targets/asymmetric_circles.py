@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -74,13 +75,13 @@ class AsymmetricCircles(DiscBoard):
             return Detection.missing("the discs were found mirrored, as if seen from behind")
         return discs.detection(lattice.first_in_image(discs.pixels, orders))
 
-    @property
+    @cached_property
     def _discs(self) -> FloatArray:
         """(rows * columns, 3) centre (x, y) and radius of each disc, metres."""
         radii = np.full(len(self._lattice), 0.5 * self.diameter_mm * MM)
         return np.column_stack([self.points()[:, :2], radii])
 
-    @property
+    @cached_property
     def _pattern(self) -> Pattern:
         x, y = self._lattice.T // 2
         # nearest neighbours are along the diagonals
@@ -92,7 +93,7 @@ class AsymmetricCircles(DiscBoard):
             name=f"{self.columns}x{self.rows}",
         )
 
-    @property
+    @cached_property
     def _lattice(self) -> IntArray:
         row, column = np.divmod(np.arange(self.rows * self.columns), self.columns)
         return 2 * np.stack([2 * column + row % 2, row], axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -92,7 +93,7 @@ class DiscGrid(DiscBoard):
             f"discs, not of {self.columns}x{self.rows}: columns and rows are swapped"
         )
 
-    @property
+    @cached_property
     def _discs(self) -> FloatArray:
         """(rows * columns, 3) centre (x, y) and radius of each disc, metres."""
         radii = np.full(len(self._lattice), 0.5 * self.diameter_mm * MM)
@@ -104,7 +105,7 @@ class DiscGrid(DiscBoard):
     def _lattice(self) -> IntArray:
         return lattice.grid(self.columns, self.rows)
 
-    @property
+    @cached_property
     def _pattern(self) -> Pattern:
         corner = self.corner_diameter_mm or self.diameter_mm
         return Pattern(

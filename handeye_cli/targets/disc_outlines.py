@@ -47,6 +47,8 @@ _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _HARMONICS = np.stack([np.ones(_RAYS), *_CIRCLE, np.cos(2 * _ANGLES), np.sin(2 * _ANGLES)])
 """(5, rays) waves round a circle: of its size, its middle and its stretch."""
 _WEIGHTS = (_HARMONICS / np.sum(_HARMONICS**2, axis=1, keepdims=True)).T
+_FOURTH = np.stack([np.cos(4 * _ANGLES), np.sin(4 * _ANGLES)], axis=1) * 2.0 / _RAYS
+"""(rays, 2) weights of the waves that four corners make."""
 
 SingleArray = NDArray[np.float32]
 
@@ -60,6 +62,7 @@ class Outlines(NamedTuple):
         seen: (n,) whether there is a dark disc, or the part of one that is in the image.
         sure: (n,) whether its outline was measured; otherwise it stays as it was expected.
         ragged: (n,) RMS distance of the edge to the ellipse, in radii.
+        corners: (n, 2) fourth harmonic of this distance: with four corners alike it is alike.
         even: (n,) whether ink and paper are about as far apart all around.
         whole: (n,) whether all of the disc is in the image.
     """
@@ -69,6 +72,7 @@ class Outlines(NamedTuple):
     seen: BoolArray
     sure: BoolArray
     ragged: FloatArray
+    corners: FloatArray
     even: BoolArray
     whole: BoolArray
 
@@ -95,7 +99,14 @@ def measure(
     paper = min(max(0.5 * reach, _PAPER[0]), _PAPER[1])
     within = inside(centres, shapes, image.shape)
     start = rough = Outlines(
-        centres, shapes, within, within, np.zeros(len(centres)), within, within
+        centres,
+        shapes,
+        within,
+        within,
+        np.zeros(len(centres)),
+        np.zeros_like(centres),
+        within,
+        within,
     )
     if not np.all(known):
         rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
@@ -118,6 +129,7 @@ def measure(
         np.asarray(seen),
         sure,
         fine.ragged,
+        fine.corners,
         fine.even,
         np.asarray(whole),
     )
@@ -191,6 +203,7 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
         seen=np.asarray(edged >= _PARTLY),
         sure=np.asarray((edged >= _EDGED) & (ragged < _RAGGED)),
         ragged=np.asarray(ragged),
+        corners=np.asarray(misses @ _FOURTH),
     )
 
 

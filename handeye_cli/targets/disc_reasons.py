@@ -42,6 +42,7 @@ class Attempts:
         sides: Sides of the image that cut this grid.
         absent: Discs of this grid that are missing inside the image.
         larger: Whether the grid fits several places of a larger one.
+        between: Largest number of discs that lie between those of a grid.
     """
 
     expected: int
@@ -53,6 +54,7 @@ class Attempts:
     sides: list[str] = field(default_factory=list)
     absent: int = 0
     larger: bool = False
+    between: int = 0
     _last: int = field(default=0, init=False, repr=False)
 
     def saw(self, widths: FloatArray) -> None:
@@ -79,8 +81,16 @@ class Attempts:
         self.sides = np.array(_SIDES)[best.any(axis=0)].tolist()
         self.absent = self.expected - covered - int(best.any(axis=1).sum())
 
+    def refuted(self, between: int, beyond: int) -> None:
+        """Note discs between those of a grid that was found, and where its next row would be."""
+        self.between = max(self.between, between)
+        self.larger |= beyond > 0
+
     def reason(self, grey: GreyImage) -> str:
         """Return the most telling reason for an image without the grid."""
+        if self.between:
+            found = f"{self.between} more discs as large lie between those of {self.name}"
+            return f"{found}: the plate is another one"
         if self.larger:
             return f"the discs go on beyond {self.name}: the declared grid fits several places"
         known = self._known()

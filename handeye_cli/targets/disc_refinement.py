@@ -12,6 +12,7 @@ from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_conics import images_of, offsets_of_middles
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.geometry.disc_projection import centres_of, outlines
+from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.plate_map import plate_map
@@ -123,11 +124,11 @@ def _are_discs(images: FloatArray, pixels: FloatArray) -> bool:
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
-    relative = fit.contrast / np.median(fit.contrast)
+    relative = fit.contrast / typical(fit.contrast)
     sigma = np.sqrt(np.trace(fit.covariance, axis1=1, axis2=2) / 2.0)
     return np.asarray(
         (np.linalg.norm(fit.pixels - rough, axis=1) < _FARTHEST)
-        & (np.abs(fit.growth - np.median(fit.growth)) < _LARGEST_GROWTH)
+        & (np.abs(fit.growth - typical(fit.growth)) < _LARGEST_GROWTH)
         & (sigma < _LARGEST_SIGMA)
         & (fit.misfit < _LARGEST_MISFIT)
         & (relative > _LOWEST_CONTRAST)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -26,33 +29,38 @@ def windows(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int]:
     """
     best: list[IntArray] = []
     most = 0
-    for turned in _turns(layout):
-        covered, first = _slid(turned, places)
+    for turned in _turns(np.ascontiguousarray(layout, dtype=np.int64).tobytes()):
+        covered, first = _slid(turned.mask, places)
         if covered.max() > most:
             best, most = [], int(covered.max())
-        best += [turned + first + corner for corner in np.argwhere(covered == most)]
+        best += [turned.places + first + corner for corner in np.argwhere(covered == most)]
     return best, most
 
 
-def _turns(layout: IntArray) -> list[IntArray]:
-    """Return the layout in quarter turns, from (0, 0) on, each set of places once."""
-    turned, found, known = layout, [], set()
+class _Turned(NamedTuple):
+    """A layout in one of its turns: the places of its points, from (0, 0) on, and a map of them."""
+
+    places: IntArray
+    mask: SingleArray
+
+
+@lru_cache(maxsize=64)
+def _turns(layout: bytes) -> tuple[_Turned, ...]:
+    """Return a layout in quarter turns, each set of places once; every image asks for them."""
+    turned = np.frombuffer(layout, np.int64).reshape(-1, 2)
+    found: dict[tuple[tuple[int, ...], bytes], _Turned] = {}
     for _ in range(4):
         turned = turned - turned.min(axis=0)
-        key = np.sort(turned @ [turned.max() + 1, 1]).tobytes()
-        if key not in known:
-            known.add(key)
-            found.append(turned)
+        mask = np.zeros(turned.max(axis=0) + 1, dtype=np.float32)
+        mask[tuple(turned.T)] = 1.0
+        found.setdefault((mask.shape, mask.tobytes()), _Turned(turned, mask))
         turned = turned @ _QUARTER.T
-    return found
+    return tuple(found.values())
 
 
-def _slid(layout: IntArray, places: IntArray) -> tuple[SingleArray, IntArray]:
+def _slid(mask: SingleArray, places: IntArray) -> tuple[SingleArray, IntArray]:
     """Return how many places a layout covers, by where its corner is laid, and the first corner."""
-    size = layout.max(axis=0) + 1
-    mask = np.zeros(size, dtype=np.float32)
-    mask[tuple(layout.T)] = 1.0
-    first = places.min(axis=0)
+    size, first = np.array(mask.shape), places.min(axis=0)
     around = np.zeros(places.max(axis=0) - first + 2 * size - 1, dtype=np.float32)
     around[tuple((places - first + size - 1).T)] = 1.0
     covered = np.rint(cv2.matchTemplate(around, mask, cv2.TM_CCORR))

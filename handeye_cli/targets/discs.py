@@ -6,7 +6,8 @@ own centre lies up to 0.1 px or so beside it; only the camera and the pose tell 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -18,7 +19,9 @@ from handeye_cli.targets import disc_outlines, disc_reasons
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.disc_ladder import Step, ladder, spots_of
 from handeye_cli.targets.disc_lattice import Cells, grow
+from handeye_cli.targets.disc_outlines import Outlines
 from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
+from handeye_cli.targets.disc_strangers import Strangers, strangers
 from handeye_cli.targets.disc_window import windows
 
 _DOUBT = 1.25
@@ -38,6 +41,8 @@ _SURE = 0.7
 """Share of the discs whose outlines must be sure."""
 _ANGULAR = 0.048
 """Median RMS distance of the edges to ellipses, in radii, beyond which they are squares: 0.057."""
+_CORNERS, _CORNERS_PX = 0.02, 0.1
+"""Fourth harmonic that discs have in common, in radii and pixels, at most: squares have 0.035."""
 _ODD_SPOT = 0.2
 """The same for a spot, which is not measured yet."""
 _WIDE = 1.3
@@ -98,6 +103,7 @@ class _Expected(NamedTuple):
     """Where the discs of a grid should be.
 
     Attributes:
+        places: (n, 2) on the lattice of spots.
         centres: (n, 2) pixels, those of spots where there are some.
         shapes: (n, 2, 2) maps from the unit circle to the discs.
         known: (n,) whether there is a spot.
@@ -105,6 +111,7 @@ class _Expected(NamedTuple):
         jacobian: (n, 2, 2) derivatives of the seats by the places.
     """
 
+    places: IntArray
     centres: FloatArray
     shapes: FloatArray
     known: BoolArray
@@ -119,18 +126,27 @@ class _Miss(NamedTuple):
         covered: Most spots that lie at places of the grid.
         boxes: (n, 2, 2) least and largest x and y of the grid's discs, pixels, for each way in
             which it covers so many.
+        strange: Discs that have no place in the grid, where it was found among more of them.
     """
 
     covered: int
     boxes: list[FloatArray]
+    strange: Strangers
 
 
-class _Search(NamedTuple):
-    """What is sought in which image, and in what way."""
+@dataclass
+class _Search:
+    """What is sought in which image.
+
+    Attributes:
+        grey: (height, width) image.
+        pattern: What is sought.
+        witnesses: Spots among which a grid lay that others between or beyond its discs refute.
+    """
 
     grey: GreyImage
     pattern: Pattern
-    step: Step
+    witnesses: list[Spots] = field(default_factory=list)
 
 
 def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
@@ -141,36 +157,53 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
         pattern: What is sought.
     """
     attempts = disc_reasons.Attempts(len(pattern.lattice), pattern.name)
+    search = _Search(grey, pattern)
     for step in ladder(grey.shape):
         spots = spots_of(grey, step)
         misses = []
         for part in grow(spots, pattern.reach, pattern.larger, enough=len(pattern.lattice)):
-            found = _arranged(_Search(grey, pattern, step), spots, part)
+            found = _arranged(search, step, spots, part)
             if isinstance(found, Discs):
                 return found
             misses.append(found)
         attempts.saw(spots.widths)
-        for covered, boxes in misses:
-            attempts.fitted(covered, boxes, grey.shape)
+        for miss in misses:
+            attempts.fitted(miss.covered, miss.boxes, grey.shape)
+            attempts.refuted(miss.strange.between, miss.strange.beyond)
     return attempts.reason(grey)
 
 
-def _arranged(search: _Search, spots: Spots, part: Cells) -> Discs | _Miss:
+def _arranged(search: _Search, step: Step, spots: Spots, part: Cells) -> Discs | _Miss:
     """Return the discs of a part of a lattice, measured, if they are the declared ones."""
     pattern = search.pattern
     candidates, covered = windows(pattern.places, part.places)
-    found = []
+    found, strange = [], Strangers()
+    whole, several = covered == len(pattern.places), len(candidates) > 1
     # of several places for a whole grid none is right; spots beside the part may complete another
-    likely = len(candidates) == 1 if covered == len(pattern.places) else part.settled
-    if likely:
+    if not several if whole else part.settled:
         for places in candidates[:_MOST_WINDOWS]:
-            discs = _measured(search, _expected(places, pattern, spots, part))
+            expected = _expected(places, pattern, spots, part)
+            discs = _measured(search, step, expected)
             if discs is not None:
-                found.append(discs)
+                found.append((discs, expected))
     if len(found) == 1:
-        return found[0]
+        discs, expected = found[0]
+        strange = _strangers(search, spots, discs, expected)
+        if not any(strange):
+            return discs
+    if any(strange) or (whole and several):
+        search.witnesses.append(spots)
     boxes = [_boxes(places, part.homography, pattern.reach) for places in candidates]
-    return _Miss(covered, boxes)
+    return _Miss(covered, boxes, strange)
+
+
+def _strangers(search: _Search, spots: Spots, discs: Discs, expected: _Expected) -> Strangers:
+    """Return what refutes a grid, by the spots it lies among or those of earlier steps."""
+    for seen in [spots, *search.witnesses]:
+        strange = strangers(seen, discs.pixels, expected.jacobian, expected.places)
+        if any(strange):
+            return strange
+    return Strangers()
 
 
 def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> _Expected:
@@ -191,7 +224,7 @@ def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> 
         wide = known & (sizes > _WIDE)
         shapes[wide] = spots.shapes[members[wide]]
     centres = seats + np.where(known[:, None], off, likely)
-    return _Expected(centres, shapes, known, seats, jacobian)
+    return _Expected(places, centres, shapes, known, seats, jacobian)
 
 
 def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray:
@@ -233,9 +266,17 @@ def _complete(expected: _Expected, size: tuple[int, ...]) -> bool:
     return bool(absent.sum() <= max(1, _ABSENT * len(known)) and np.sum(known) >= 4)
 
 
-def _measured(search: _Search, expected: _Expected) -> Discs | None:
+def _square(outlines: Outlines) -> bool:
+    """Say whether the discs have four corners, as those of a chessboard, all in one direction."""
+    sure = outlines.sure
+    corners = math.hypot(*outlines.corners[sure].mean(axis=0))
+    width = 2.0 * math.sqrt(abs(typical(determinants(outlines.shapes[sure]))))
+    return corners > _CORNERS + _CORNERS_PX / width
+
+
+def _measured(search: _Search, step: Step, expected: _Expected) -> Discs | None:
     """Return the discs near where they are expected, or None when they are no grid in a plane."""
-    grey, pattern, step = search
+    grey, pattern = search.grey, search.pattern
     if not _complete(expected, grey.shape):
         return None
     outlines = disc_outlines.measure(
@@ -249,7 +290,7 @@ def _measured(search: _Search, expected: _Expected) -> Discs | None:
     whole, sure = outlines.whole, outlines.sure
     if not np.all(outlines.seen) or np.sum(sure) < max(4, _SURE * np.sum(whole)):
         return None
-    if typical(outlines.ragged[sure]) > _ANGULAR:
+    if typical(outlines.ragged[sure]) > _ANGULAR or _square(outlines):
         return None
     off = outlines.centres - expected.seats
     alone = off - _smooth(pattern.closeness, off, sure)

@@ -9,6 +9,8 @@ from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel, bend, normalise
 from handeye_cli.records import Camera, FloatArray
 
+_CLOSE = 1e-7
+"""Error of the directions of found points, which are good to 1e-5 at best."""
 _ENOUGH = 25
 """Points from which on a cubic with 10 coefficients is well determined."""
 
@@ -28,7 +30,7 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     directions = (
         None
         if camera is None
-        else normalise(pixels, camera.parameters, camera.model, tolerance=1e-9)
+        else normalise(pixels, camera.parameters, camera.model, tolerance=_CLOSE)
     )
     # A lens that leaves pixels without a direction cannot be right: as good as none.
     if camera is None or directions is None or not np.all(np.isfinite(directions)):

@@ -24,16 +24,19 @@ class Done:
 
 @pytest.fixture
 def handeye(monkeypatch, capsys):
-    """Run `handeye` in this process; `terminal` pretends that a person looks at stdout."""
+    """Run `handeye` in this process; `terminal` pretends that a person looks at stdout.
+
+    `entry` takes the words.
+    """
     monkeypatch.setenv("TERM", "dumb")
 
-    def run(*words, stdin=b"", terminal=False):
+    def run(*words, stdin=b"", terminal=False, entry=app.run):
         capsys.readouterr()
         with monkeypatch.context() as patch:
             patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin)))
             patch.setattr(sys.stdout, "isatty", lambda: terminal)
             with pytest.raises(SystemExit) as end:
-                app.run([str(word) for word in words])
+                entry([str(word) for word in words])
         captured = capsys.readouterr()
         return Done(end.value.code, captured.out, captured.err)
 

@@ -20,6 +20,8 @@ def stations_document(count, seed=5):
     """Return a document of `count` noisy stations around `TRUTH`."""
     rng = np.random.default_rng(seed)
     cameras = station_generator.generate_stations(count, 0.3, np.radians(35))
+    # at different distances, or a note would say that the target's size cannot be checked
+    cameras[:, :3, 3] *= np.linspace(0.9, 1.1, count)[:, None]
     robot = station_generator.robot_poses(cameras, TRUTH, BASE_T_TARGET, Setup.EYE_IN_HAND)
     sigma = np.repeat([SIGMA_TRANSLATION, SIGMA_ROTATION], 3) / np.sqrt(3)
     robot = se3.perturb(robot, sigma * rng.standard_normal((count, 6)))

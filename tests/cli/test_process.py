@@ -5,9 +5,11 @@ import signal
 import subprocess
 import sys
 
+import pytest
 import yaml
 
-LARGE_PLAN = "handeye plan --stations 3001 --distance 170mm --tilt 30deg"
+LARGE_PLAN = "handeye plan --stations 601 --distance 170mm --tilt 30deg"
+"""Twice as much text as fits into a pipe."""
 
 
 def test_a_reader_that_leaves_early_ends_the_command_quietly(shell):
@@ -32,11 +34,38 @@ def test_ctrl_c_ends_quietly_and_leaves_nothing_behind(tmp_path):
     assert list(tmp_path.iterdir()) == [waiting]
 
 
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("handeye_cli.cli.app", ["--version"]),
+        ("handeye_cli.cli.commands", ["solve", "none.yaml"]),
+        ("handeye_cli.pipeline", ["solve", "none.yaml"]),
+        ("numpy._core.multiarray", ["solve", "none.yaml"]),
+        ("typer.main", ["plan", "--stations", "5"]),
+        ("handeye_cli.planning", ["plan", "--stations", "5"]),
+    ],
+)
+def test_ctrl_c_while_a_module_is_loaded_ends_quietly(module, words):
+    program = (
+        "import os, signal, sys\n"
+        "class Interrupter:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {module!r}:\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Interrupter())\n"
+        "from handeye_cli.__main__ import main\n"
+        "main()\n"
+    )
+    command = [sys.executable, "-c", program, *words]
+    done = subprocess.run(command, capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+
+
 def with_a_bug(*words):
     program = (
-        "import sys, handeye_cli.plan\n"
+        "import handeye_cli.cli.plan as command\n"
         "def broken(*_, **__): return 1 / 0\n"
-        "handeye_cli.plan.plan = broken\n"
+        "command.check_output = broken\n"
         "from handeye_cli.cli.app import main\n"
         "main()\n"
     )

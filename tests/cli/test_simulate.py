@@ -9,6 +9,7 @@ import yaml
 from documents.test_round_trip import validator_for_editors
 from simulate.paper_setting import PAPER
 
+from handeye_cli.render import figure_plot
 from handeye_cli.simulate.figures import simulate_figures
 
 FEW = ["simulate", "--trials", "20"]
@@ -87,16 +88,21 @@ def test_a_terminal_gets_the_report(handeye):
     assert "schema" not in done.out
 
 
-def test_pictures(handeye, tmp_path):
+def test_a_picture_changes_nothing(handeye, tmp_path):
     pytest.importorskip("matplotlib")
     one = handeye(*FEW, "--figure", "10", "--plot", tmp_path / "mine.png")
     assert one.code == 0
-    assert one.out == handeye(*FEW, "--figure", "10").out  # a picture changes nothing
+    assert one.out == handeye(*FEW, "--figure", "10").out
     assert cv2.imread(str(tmp_path / "mine.png")).shape[1] > 500
+
+
+def test_each_figure_has_a_picture_of_its_own(handeye, tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr(figure_plot, "figure_png", lambda figure, _: b"%d" % figure.number)
     done = handeye(*FEW, "--figure", "all", "--plot", tmp_path / "f.png", "-o", tmp_path / "f.yaml")
     assert done.code == 0
-    names = sorted(path.name for path in tmp_path.iterdir())
-    assert names == [*(f"f-{n:02d}.png" for n in range(8, 14)), "f.yaml", "mine.png"]
+    pictures = {path.name: path.read_bytes() for path in tmp_path.glob("*.png")}
+    assert pictures == {f"f-{number:02d}.png": b"%d" % number for number in range(8, 14)}
 
 
 def test_a_picture_that_exists_is_kept(handeye, tmp_path):

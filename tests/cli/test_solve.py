@@ -81,11 +81,12 @@ def test_the_setup_names_the_answer(handeye, stations_file):
     assert document["base_T_camera"]["translation"] == pytest.approx(TRUTH[:3, 3], abs=1e-3)
 
 
-def test_compare_lists_all_methods_beside_the_answer(handeye, stations_file):
-    document = yaml.safe_load(handeye("solve", stations_file, "--compare").out)
+def test_compare_lists_all_methods_beside_the_answer(handeye, stations_file, tmp_path):
+    written = tmp_path / "answer.yaml"
+    shown = handeye("solve", stations_file, "--compare", "-o", written, terminal=True).out
+    document = yaml.safe_load(written.read_text(encoding="utf-8"))
     methods = [row["method"] for row in document["comparison"]]
     assert (methods[0], len(methods)) == ("maximum-likelihood", len(set(methods)))
     assert all(row["held_out_translation_mm"] < 1 for row in document["comparison"])
     assert document["provenance"][0]["options"] == {"compare": True}
-    shown = handeye("solve", stations_file, "--compare", terminal=True).out
     assert all(f"  {method}" in shown for method in methods)

@@ -40,6 +40,19 @@ def spellings(command):
     return {name for name in names if name.startswith("-")} | {"--help", "-h"}
 
 
+def loaded_by(*words):
+    """Names of all modules that a process has loaded when its command is done."""
+    program = (
+        "import atexit, sys\n"
+        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+        "from handeye_cli.cli.app import main\n"
+        "main()\n"
+    )
+    command = [sys.executable, "-c", program, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return set(done.stderr.split())
+
+
 def test_the_list_says_of_each_command_what_the_command_says_of_itself():
     assert SUMMARIES.keys() == COMMANDS.keys()
     for name, summary in SUMMARIES.items():
@@ -118,14 +131,13 @@ def test_help_into_a_full_disk_is_no_bug(shell):
 
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["solve", "-h"], ["plan", "--help"]])
 def test_help_waits_neither_for_typer_nor_for_numpy(words):
-    program = (
-        "import atexit, sys\n"
-        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
-        "from handeye_cli.cli.app import main\n"
-        "main()\n"
-    )
-    command = [sys.executable, "-c", program, *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    loaded = {name.partition(".")[0] for name in done.stderr.split()}
+    loaded = {name.partition(".")[0] for name in loaded_by(*words)}
     assert "handeye_cli" in loaded
     assert not loaded & {"typer", "click", "rich", "numpy", "yaml"}
+
+
+def test_ten_poses_are_solved_without_what_only_others_need(stations_file):
+    """Each of these takes as long to load as a step of the solution, or longer."""
+    loaded = loaded_by("solve", str(stations_file))
+    assert {"numpy", "handeye_cli.solve"} <= loaded
+    assert not loaded & {"numpy.random", "random", "secrets", "traceback", "typer", "rich.console"}

@@ -11,7 +11,7 @@ from handeye_cli.records import Camera
 from handeye_cli.simulate.render import Appearance, render_target
 from handeye_cli.targets.drawing import Drawing
 
-CAMERA = Camera(800, 600, 900.0, 898.0, 402.0, 297.0, (-0.15, 0.04, 5e-4, -5e-4, 0.0))
+CAMERA = Camera(600, 450, 675.0, 673.5, 301.5, 222.75, (-0.15, 0.04, 5e-4, -5e-4, 0.0))
 ACCURACY_PX = {
     "disc-grid": 0.02,
     "asymmetric-circles": 0.02,
@@ -40,8 +40,9 @@ def before_the_camera(drawing: Drawing, tilt_deg: float, turn_deg: float) -> np.
     return se3.from_parts(R, np.array([0.0, 0.0, distance]) - R @ middle)
 
 
-@pytest.mark.parametrize(("tilt_deg", "turn_deg"), [(5.0, 8.0), (35.0, -20.0)])
-def test_a_drawn_target_is_found_where_its_points_are(board, tilt_deg, turn_deg):
+def test_a_drawn_target_is_found_where_its_points_are(board):
+    # one kind of target almost from the front, the next one tilted, and so on
+    tilt_deg, turn_deg = [(5.0, 8.0), (35.0, -20.0)][list(targets.TYPES).index(board.TYPE) % 2]
     pose = before_the_camera(board.drawing(), tilt_deg, turn_deg)
     light = Appearance(gradient=(0.1, -0.1), noise=2.0)
     rng = np.random.default_rng(3)

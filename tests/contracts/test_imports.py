@@ -21,7 +21,7 @@ from handeye_cli.simulate import default_rig
 from handeye_cli.simulate.recording import Rig, simulate_recording
 
 NOISE = Noise(0.3 * MRAD, 0.1 * MM, 0.3 * MRAD, 0.1 * MM)
-TARGET = targets.parse("charuco:7x5:12mm:9mm:DICT_4X4_50")
+TARGET = targets.parse("chessboard:7x6:12mm")
 CAMERA = Camera(400, 300, 420.0, 419.0, 201.0, 149.5)
 MANY = 4.0
 """Times the predicted RMS: with six degrees of freedom a draw this far off is one in 10^15."""
@@ -41,11 +41,11 @@ def posed(setup, count=10):
 
 @pytest.fixture(scope="module")
 def pictured():
-    """Pictures of a board from eight stations, and where the camera really was on the gripper."""
+    """Pictures of a board from six stations, and where the camera really was on the gripper."""
     points = targets.build(TARGET).points()
     distance = default_rig.filling_distance(points, CAMERA)
-    places = station_generator.generate_stations(8, distance, np.radians(30), points.mean(axis=0))
-    roll = rotations.exp(np.linspace(-1.0, 1.0, 8)[:, None] * [0.0, 0.0, 1.0])
+    places = station_generator.generate_stations(6, distance, np.radians(30), points.mean(axis=0))
+    roll = rotations.exp(np.linspace(-1.0, 1.0, 6)[:, None] * [0.0, 0.0, 1.0])
     setup = Setup.EYE_IN_HAND
     X, Z = default_rig.mount_T_camera(setup), default_rig.reference_T_target(setup)
     rig = Rig(TARGET, CAMERA, X, Z, setup, Noise(0.2 * MRAD, 0.1 * MM))

@@ -27,10 +27,8 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Noise, PosePart
 from handeye_cli.solve import solve
 
-TRIALS = {"one axis": 100, "scara": 100, "translations": 60, "one translation": 40} | {
-    "identical poses": 40,
-    "two stations": 40,
-}
+TRIALS = 40
+KINDS = [kind for kind in COUNTS if kind != "second axis in the noise"]
 
 
 def held_rows(answer):
@@ -63,7 +61,7 @@ def truths_twin(perfect, answer):
     assert len(twists) == len(held)
     found, X = answer.mount_T_camera.matrix, perfect.X
     if answer.free and not answer.rotation_determined:
-        amounts = np.linspace(-np.pi, np.pi, 73) / np.linalg.norm(twists[0, 3:])
+        amounts = np.linspace(-np.pi, np.pi, 25) / np.linalg.norm(twists[0, 3:])
         starts = np.array([moved(X, twists[0], amount) for amount in amounts])
         apart = rotations.angle(starts[:, :3, :3] @ found[:3, :3].T)
         X = starts[np.argmin(apart)]
@@ -106,11 +104,11 @@ def squared_distance(error, covariance):
 
 
 @pytest.mark.many_runs
-@pytest.mark.parametrize(("kind", "trials"), TRIALS.items())
-def test_the_error_of_the_determined_part_is_as_predicted(kind, trials):
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_error_of_the_determined_part_is_as_predicted(kind):
     """Over all trials, half of them of ten times the noise: chi-square, two-sided."""
     total, squares, predicted = 0.0, [], []
-    for seed in range(trials):
+    for seed in range(TRIALS):
         setup = list(Setup)[seed // 2 % 2]
         perfect, document, chain = noisy(kind, seed, (LOW, HIGH)[seed % 2], setup=setup, given=True)
         answer = solve_partial(document, chain)
@@ -120,14 +118,14 @@ def test_the_error_of_the_determined_part_is_as_predicted(kind, trials):
         squares.append(np.sum((scale * error[:6]).reshape(2, 3) ** 2, axis=1)[::-1])
         told = answer.predicted_error
         predicted.append(np.square([scale * told.rotation, scale * told.translation]))
-    freedom = trials * (12 - sum(COUNTS[kind]))
+    freedom = TRIALS * (12 - sum(COUNTS[kind]))
     low, high = chi2.ppf([0.005, 0.995], freedom)
     assert low < total < high
     rotations_free, translations_free = COUNTS[kind]
     determined = np.array([rotations_free < 3, translations_free < 3])
     ratio = np.mean(squares, axis=0)[determined] / np.mean(predicted, axis=0)[determined]
     # two directions a trial, or more that differ in size
-    assert np.all(np.abs(ratio - 1.0) < 3.5 * np.sqrt(1.5 / trials))
+    assert np.all(np.abs(ratio - 1.0) < 3.5 * np.sqrt(1.5 / TRIALS))
     np.testing.assert_array_equal(np.mean(predicted, axis=0)[~determined], 0.0)
 
 

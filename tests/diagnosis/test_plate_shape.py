@@ -2,25 +2,22 @@
 
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import real_recordings
 from bent_plates import POINTS, SIGMA, bent, photographed, stations_of
 from pictures import WIDE
 
-from handeye_cli import documents
 from handeye_cli.chain import chain_of
 from handeye_cli.diagnosis.pixel_noise import unexplained_pixel_noise
 from handeye_cli.diagnosis.plate_shape import plate_shape
 from handeye_cli.errors import InputError
-from handeye_cli.extract import extract
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import se3
 from handeye_cli.records import Observation
 
 HEIGHT = 1e-3
-DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 PLAIN_LENS = replace(WIDE, distortion=(-0.2, 0.06, 0.0, 0.0, 0.0))
 
 
@@ -174,12 +171,10 @@ def test_a_bow_is_no_pixel_noise():
 
 
 @pytest.mark.parametrize("calibrate", [False, True])
+@real_recordings.ONE_PROCESS
 def test_the_cardboard_plate_is_bowed(calibrate):
     """With given intrinsics, which lack their distortion, and with calibrated ones: 1.2 mm."""
-    path = DATA / "rct-10x10" / "recording.yaml"
-    if not path.exists():
-        pytest.skip(f"no recording at {path}")
-    features = extract(documents.read(str(path)))
+    features = real_recordings.features("rct-10x10")
     shape = plate_shape(extrinsics(features, calibrate_intrinsics=calibrate))
     assert {"plate-bowed", "residuals-over-image"} <= codes(shape)
     assert shape.seen.bow == pytest.approx(1.2e-3, abs=0.2e-3)

@@ -163,7 +163,8 @@ def features(rng: np.random.Generator) -> Features:
         Station("02", as_euler(WRITTEN), reason="31 of 36 discs: the left is cut", written=WRITTEN),
         Station("a: b", pose(rng), Observation(np.arange(0), np.empty((0, 2))), reason="too few"),
     )
-    stations = (replace(stations[0], robot_covariance=covariance(rng, 6)), *stations[1:])
+    moved = {"robot_covariance": covariance(rng, 6), "shared_error": 1e-3 * rng.normal(size=6)}
+    stations = (replace(stations[0], **moved), *stations[1:])
     line = LINE | {"camera": camera(rng), "image_size": (640, 480)}
     return Features(Setup.EYE_IN_HAND, stations, TARGET, **line)
 
@@ -182,7 +183,8 @@ def stations(rng: np.random.Generator) -> Stations:
     entries += [Station("y", pose(rng), reason="not found")]
     inverse = WrittenRotation(RobotPoses.BASE_IN_GRIPPER)
     entries += [Station("z", pose(rng), reason="not found", written=inverse)]
-    entries += [Station("l", pose(rng), reason="late", robot_covariance=covariance(rng, 6))]
+    moved = {"robot_covariance": covariance(rng, 6), "shared_error": 1e-3 * rng.normal(size=6)}
+    entries += [Station("l", pose(rng), reason="late", **moved)]
     line = LINE | {"camera": camera(rng), "target": TARGET}
     return Stations(Setup.EYE_IN_HAND, tuple(entries), **line)
 

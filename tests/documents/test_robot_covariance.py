@@ -1,6 +1,7 @@
 """What is known of a robot's pose beside its noise, through documents and into the weights."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from handeye_cli.documents.poses import (
     data_from_pose,
     uncertain_robot_pose_from_data,
 )
+from handeye_cli.documents.station_parts import shared_error_from_data
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.noise_levels import noise_model
 from handeye_cli.records import (
@@ -83,3 +85,21 @@ def test_it_is_added_to_the_robots_noise(stations, setup):
         told.stations[3].robot_covariance.tolist()
     ]
     assert chain_of(silent).robot_covariance is None
+
+
+@pytest.mark.parametrize("units", list(PoseUnits))
+@pytest.mark.parametrize("direction", list(RobotPoses))
+def test_an_error_that_all_stations_share_is_that_of_the_pose_as_it_is_written(units, direction):
+    rng = np.random.default_rng(5)
+    written, error = pose(rng), 1e-6 * rng.normal(size=6)
+    conventions = PoseConventions(units, robot_poses=direction)
+    moved = se3.perturb(written, error)
+    if direction is RobotPoses.BASE_IN_GRIPPER:
+        robot, moved = se3.inverse(written), se3.inverse(moved)
+    else:
+        robot = written
+    context = SimpleNamespace(poses=conventions)
+    entry = {"shared_error": [*(error[:3] / units.metres), *error[3:]]}
+    found = shared_error_from_data(entry, robot, context)
+    np.testing.assert_allclose(found, se3.difference(moved, robot), atol=1e-10)
+    assert shared_error_from_data({}, robot, context) is None

@@ -31,8 +31,10 @@ def test_a_process_that_dies_takes_no_other_job_along(workers):
     assert "memory" in str(found[2].fault)
 
 
-def test_libraries_are_told_to_keep_to_one_thread():
+def test_libraries_are_told_to_keep_to_one_thread(monkeypatch):
     names = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"]
+    for name in names:
+        monkeypatch.setenv(name, "2")
     before = {name: os.environ.get(name) for name in names}
     assert [each.result for each in ends(names, 1, environment)] == ["1"] * 3
     assert {name: os.environ.get(name) for name in names} == before

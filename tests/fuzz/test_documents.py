@@ -26,7 +26,7 @@ COMMANDS = {
 STATIONS, FEATURES = 5, 4
 BOUNDED = settings(
     derandomize=True, deadline=None, database=None,
-    suppress_health_check=list(HealthCheck), max_examples=25,
+    suppress_health_check=list(HealthCheck), max_examples=15,
 )  # fmt: skip
 
 
@@ -49,7 +49,7 @@ def small():
 
 
 @given(data=st.data())
-@settings(BOUNDED, max_examples=120)
+@settings(BOUNDED, max_examples=60)
 def test_reading_gives_a_record_or_says_what_is_wrong(kinds, tmp_path_factory, data):
     name = data.draw(st.sampled_from(sorted(kinds)))
     path = tmp_path_factory.getbasetemp() / "read.json"
@@ -90,7 +90,7 @@ def test_a_command_gives_a_result_or_one_error(handeye, kinds, tmp_path, kind, d
 
 
 @given(st.binary(max_size=300))
-@settings(BOUNDED, max_examples=200)
+@settings(BOUNDED, max_examples=100)
 def test_any_bytes_are_plain_data_or_an_error_with_a_place(content):
     _, error = outcome(lambda: parse(content, "some.yaml"))
     assert error is None or error.where.startswith("some.yaml")
@@ -100,7 +100,7 @@ INDICATORS = st.text("[]{}-?:,#&*!|>'\"%@`~ \n\ta10.e", max_size=60)
 
 
 @given(INDICATORS)
-@settings(BOUNDED, max_examples=300)
+@settings(BOUNDED, max_examples=150)
 def test_any_indicators_are_plain_data_or_an_error(text):
     value, _ = outcome(lambda: parse(text.encode(), "some.yaml"))
     assert depth_of(value) <= MAX_DEPTH

@@ -14,7 +14,7 @@ from fuzz.readers import CORPUS, READERS
 
 from handeye_cli.errors import HandeyeError
 
-MUTANTS = 60
+MUTANTS = 40
 """Damaged copies of each file of the corpus."""
 SECONDS = 2
 """For which a fuzzer looks at each reader."""

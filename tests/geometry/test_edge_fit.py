@@ -13,7 +13,7 @@ from handeye_cli.geometry.camera import project
 from handeye_cli.geometry.edge_fit import fit_squares
 from handeye_cli.geometry.edge_pixels import Squares, band_pixels, image_sides
 from handeye_cli.records import Camera
-from handeye_cli.simulate.render import Appearance, render_target
+from handeye_cli.simulate.render import Appearance, expose, paint_target
 from handeye_cli.targets.drawing import Drawing
 
 CAMERA = Camera(400, 380, 600.0, 595.0, 203.0, 188.0, (-0.25, 0.08, 1e-3, -1e-3, 0.0))
@@ -59,7 +59,7 @@ class View:
         sides = [light[0], light[:, -1], light[-1, ::-1], light[::-1, 0]]
         return Squares(CORNERS, CELLS, np.array([sides]), margin=1.0)
 
-    def picture(self, rng=None, margin=2.0, **look):
+    def light(self, margin=2.0, **look):
         row, column = np.nonzero(self.dark)
         cell = SIDE / CELLS
         cells = cell * np.stack([column, row, column + 1, row + 1], axis=1)
@@ -67,7 +67,10 @@ class View:
         outline = np.array([[-reach, -reach], [SIDE + reach, SIDE + reach]])
         look = Appearance(**{"gradient": (0.3, 0.2), **look})
         drawing = Drawing(rectangles=cells, outline=outline)
-        return render_target(CAMERA, self.pose, drawing, appearance=look, rng=rng)
+        return paint_target(CAMERA, self.pose, drawing, appearance=look)
+
+    def picture(self, rng=None, margin=2.0, noise=0.0, **look):
+        return expose(self.light(margin, **look), noise, rng)
 
     def fit(self, rng, picture, off=0.5):
         start = self.truth + rng.normal(scale=off, size=self.truth.shape)
@@ -97,8 +100,9 @@ def test_corners_have_the_errors_that_the_noise_leaves(tilt_deg, width):
     squares_, noise = [], []
     for _ in range(2):
         view = View.at(rng, tilt_deg, width)
+        light = view.light()
         for _ in range(5):
-            fit = view.fit(rng, view.picture(rng, noise=3.0))
+            fit = view.fit(rng, expose(light, 3.0, rng))
             error = (fit.pixels - view.truth).reshape(-1, 2)
             weight = np.linalg.inv(fit.covariance.reshape(-1, 2, 2))
             squares_.append(np.einsum("ni,nij,nj->n", error, weight, error))
@@ -234,7 +238,7 @@ def test_many_squares_are_fitted_as_one():
     corners = targets.build(spec).points()[:, :2].reshape(-1, 4, 2)
     rng = np.random.default_rng(37)
     view = View.at(rng, 25.0, 100)
-    picture = render_target(CAMERA, view.pose, targets.build(spec).drawing())
+    picture = expose(paint_target(CAMERA, view.pose, targets.build(spec).drawing()), 0.0, None)
     light = np.zeros((4, 4, CELLS - 2), dtype=bool)
     every = Squares(corners, CELLS, light, margin=1.0)
     start = view.to_pixel(corners)
@@ -264,8 +268,9 @@ def test_light_beyond_the_limits_of_the_sensor_does_no_harm(look):
     squares_, worst = [], []
     for tilt_deg in (10.0, 30.0, 50.0):
         view = View.at(rng, tilt_deg, 120)
+        light = view.light(**look)
         for _ in range(2):
-            picture = view.picture(rng, noise=2.0, **look)
+            picture = expose(light, 2.0, rng)
             assert np.mean((picture == 0) | (picture == 255)) > 0.005
             fit = view.fit(rng, picture)
             error = (fit.pixels - view.truth).reshape(-1, 2)

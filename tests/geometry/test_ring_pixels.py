@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from handeye_cli.geometry.ring_pixels import Ellipses, ring_pixels
 
@@ -19,11 +20,10 @@ def ellipse(centre, half_axes, turn, points=16):
 
 
 def distances(centre, half_axes, turn):
-    """Distance of every pixel of the image to an ellipse, by brute force."""
+    """Distance of every pixel of the image to the nearest of many points of an ellipse."""
     ring = ellipse(centre, half_axes, turn, points=2000)
     v, u = np.mgrid[: SIZE[0], : SIZE[1]]
-    pixels = np.stack([u, v], axis=-1).reshape(-1, 1, 2)
-    return np.sqrt(np.min(np.sum((pixels - ring) ** 2, axis=-1), axis=1)).reshape(SIZE)
+    return KDTree(ring).query(np.stack([u, v], axis=-1))[0]
 
 
 SHAPES = [

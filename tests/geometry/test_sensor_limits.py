@@ -9,6 +9,7 @@ from scipy.stats import norm
 
 from handeye_cli.geometry.sensor_limits import (
     at_limits,
+    clip_model,
     clipped,
     fainter,
     held_within,
@@ -56,6 +57,22 @@ def test_light_that_is_not_near_a_limit_is_seen_as_it_is(noise):
     np.testing.assert_allclose(found.mean, light[~near], atol=1e-4)
     np.testing.assert_allclose(found.slope, 1.0, atol=1e-4)
     np.testing.assert_allclose(found.variance, 1.0, atol=2e-3)
+
+
+def test_a_model_is_clipped_where_pixels_have_weight():
+    light = np.stack([LIGHT, LIGHT]).astype(np.float32)
+    weight = np.ones(light.shape, dtype=np.float32)
+    weight[1, ::2] = 0.0
+    slopes = np.ones((2, 3, len(LIGHT)), dtype=np.float32)
+    model = light.copy()
+    lost = clip_model(model, slopes, weight, 2.0)
+    expected = seen(LIGHT, 2.0)
+    np.testing.assert_allclose(model[0], expected.mean, atol=1e-4)
+    np.testing.assert_allclose(slopes[0], np.tile(expected.slope, (3, 1)), atol=1e-6)
+    assert np.array_equal(model[1, ::2], light[1, ::2])
+    assert np.all(slopes[1, :, ::2] == 1.0)
+    assert lost[0] == pytest.approx(np.sum(1.0 - expected.variance), abs=1e-4)
+    assert lost[1] == pytest.approx(np.sum(1.0 - expected.variance[1::2]), abs=1e-4)
 
 
 def test_pixels_at_the_limits_are_found():

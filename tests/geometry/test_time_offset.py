@@ -19,8 +19,15 @@ def found(views):
     return estimate(views, rough_offset(views, REACH))
 
 
-@pytest.mark.parametrize("setup", list(Setup))
-@pytest.mark.parametrize("offset", [0.038, -0.025, 0.0, 0.6])
+@pytest.mark.parametrize(
+    ("setup", "offset"),
+    [
+        (Setup.EYE_IN_HAND, 0.038),
+        (Setup.EYE_TO_HAND, -0.025),
+        (Setup.EYE_IN_HAND, 0.0),
+        (Setup.EYE_TO_HAND, 0.6),
+    ],
+)
 def test_the_offset_is_found_within_its_sigma(setup, offset):
     run = Run(np.random.default_rng(int(1e3 * offset) % 97), setup, offset)
     views = run.moving_views()

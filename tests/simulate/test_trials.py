@@ -53,7 +53,7 @@ def test_the_base_setting_of_the_paper():
 def test_the_batch_is_a_loop_over_solve_poses(method, pairs):
     setting = replace(PAPER, stations=6, method=method, pairs=pairs)
     layout = layout_of(setting)
-    drawn = draw(layout, setting, 20, np.random.default_rng(3))
+    drawn = draw(layout, setting, 6, np.random.default_rng(3))
     found = errors_of(drawn, layout, setting)
     for robot, camera, X, errors in zip(
         drawn.base_T_gripper, drawn.camera_T_target, drawn.X, found, strict=True

@@ -1,3 +1,4 @@
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -25,10 +26,16 @@ def board_of(shape, tail=""):
     return targets.build(targets.parse(f"charuco:{shape}:1mm:0.7mm:DICT_6X6_250{tail}"))
 
 
-def picture(columns, rows, *, size=(480, 360), aim=None, roll=10.0, tilt=20.0, legacy=False):
+@cache
+def drawn(columns, rows, *, size=(480, 360), aim=None, roll=10.0, tilt=20.0, legacy=False):
     H = pose_view(aim or (columns - 2, rows - 2), distance=14, tilt=tilt, about=40, roll=roll,
                   focal=550, centre=(size[0] / 2, size[1] / 2))  # fmt: skip
     return render(drawing(columns, rows, legacy=legacy), H, size=size), H
+
+
+def picture(columns, rows, **view):
+    image, H = drawn(columns, rows, **view)
+    return image.copy(), H
 
 
 def check(board, seen, H):

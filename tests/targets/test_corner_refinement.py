@@ -39,12 +39,11 @@ def rms(error):
     return float(np.sqrt(np.mean(np.square(error))))
 
 
-@pytest.mark.parametrize("tilt_deg", [5.0, 50.0])
-@pytest.mark.parametrize("text", [CHESS, CHARUCO])
+@pytest.mark.parametrize(("text", "tilt_deg"), [(CHESS, 5.0), (CHESS, 50.0), (CHARUCO, 50.0)])
 def test_corners_are_exact_and_the_noise_is_honest(text, tilt_deg):
     rng = np.random.default_rng(int(tilt_deg))
     errors, sigmas = [], []
-    for _ in range(4):
+    for _ in range(2 if text == CHESS else 4):
         board, grey, truth = picture(text, rng, tilt_deg)
         seen = board.refine(grey, board.detect(grey), CAMERA)
         assert len(seen.ids) > 0.6 * len(truth)

@@ -47,8 +47,7 @@ def ellipse_centres(H, centres, diameter):
     return np.array(found)
 
 
-@pytest.mark.parametrize("dark", [True, False], ids=["dark", "light"])
-@pytest.mark.parametrize("tilt", [0, 20, 40])
+@pytest.mark.parametrize(("tilt", "dark"), [(0, True), (20, False), (40, True)])
 def test_the_centres_of_the_ellipses_are_measured(tilt, dark):
     board, centres = board_of("disc-grid:6x6:5mm:3mm")
     H = pose_view((25, 25), distance=60, tilt=tilt, about=70, roll=12)
@@ -72,10 +71,10 @@ def test_a_plain_plate_starts_at_the_top_left_of_the_image_and_is_not_mirrored(r
     assert seen.pixels[0].sum() == min(others)
 
 
-@pytest.mark.parametrize("dark", [True, False], ids=["dark", "light"])
 @pytest.mark.parametrize("shape", ["6x6", "7x5"])
 @pytest.mark.parametrize("roll", [0, 90, 180, 270])
-def test_the_larger_corner_disc_is_point_0_however_the_plate_is_turned(roll, shape, dark):
+def test_the_larger_corner_disc_is_point_0_however_the_plate_is_turned(roll, shape):
+    dark = (roll in (0, 90)) == (shape == "6x6")  # each colour with every shape and turn of axes
     board, centres = board_of(f"disc-grid:{shape}:5mm:2.5mm:4mm")
     size = centres.max(axis=0)
     H = pose_view(size, distance=70, tilt=25, about=120, roll=roll + 8)
@@ -120,7 +119,7 @@ def test_a_larger_disc_at_a_wrong_corner_says_that_columns_and_rows_are_swapped(
 def test_a_disc_that_the_image_cuts_is_left_out():
     board, centres = board_of("disc-grid:6x6:5mm:3mm")
     left_out = 0
-    for edge in (-0.6, -0.4, -0.2, 0.0, 0.3, 2.0):
+    for edge in (-0.6, -0.2, 0.3, 2.0):
         # the left edge of the discs of the first column, in pixels
         H = pose_view((25, 25), distance=60, centre=(edge + 14 * 350 / 60, 120))
         seen = board.detect(render(discs(centres, 3.0), H))
@@ -161,8 +160,10 @@ def test_a_plate_on_a_slope_of_light_with_a_dark_table_around_is_measured():
     assert errors(board, seen, H).max() < 0.15
 
 
-@pytest.mark.parametrize("shape", ["4x11", "4x10", "3x6"])
-@pytest.mark.parametrize("roll", [0, 90, 180, 270])
+@pytest.mark.parametrize(
+    ("roll", "shape"),
+    [*((roll, "4x11") for roll in (0, 90, 180, 270)), (90, "4x10"), (180, "4x10"), (270, "3x6")],
+)
 def test_asymmetric_circles_are_ordered_however_the_plate_is_turned(roll, shape):
     board, centres = board_of(f"asymmetric-circles:{shape}:2mm:1.5mm")
     H = pose_view(centres.max(axis=0), distance=40, tilt=20, about=30, roll=roll + 8)

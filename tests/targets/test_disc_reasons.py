@@ -1,6 +1,7 @@
 """What people are told when no grid of discs was found: pictures with one known fault each."""
 
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ from handeye_cli.targets.disc_reasons import Attempts
 
 PLATE = "disc-grid:6x6:5mm:4mm"
 SIDE = (25, 25)
+DATA = (Path(__file__).resolve().parents[2] / "../shared/data").resolve()
 
 
 def reason(image, text=PLATE):
@@ -147,6 +149,34 @@ def test_a_larger_plate_than_declared_fits_several_places(declared):
     assert reason(plate(), f"disc-grid:{declared}:5mm:4mm") == (
         f"the discs go on beyond {declared}: the declared grid fits several places"
     )
+
+
+def test_every_second_disc_of_a_grid_is_no_plate():
+    """Between 3x3 discs at twice the pitch lie 16 others, and 20 around them."""
+    said = reason(plate(tilt=30), "disc-grid:3x3:10mm:4mm")
+    count, _, rest = said.partition(" ")
+    assert rest == "more discs as large lie between those of 3x3: the plate is another one"
+    assert 16 <= int(count) <= 24
+
+
+@pytest.mark.parametrize(
+    ("image", "declared", "words"),
+    [
+        ("rct-10x10/images/01.png", "asymmetric-circles:4x5:20mm:10mm", "lie between those of"),
+        ("rct-10x10/images/02.png", "disc-grid:5x5:50.8mm:12.7mm", "lie between those of 5x5"),
+        # the step that finds these alone does not see the tenth row, which others do
+        ("rct-10x10/images/06.png", "disc-grid:9x10:25.4mm:12.7mm", "go on beyond 9x10"),
+        ("rct-10x10/images/11.png", "disc-grid:9x10:25.4mm:12.7mm", "go on beyond 9x10"),
+        # squares of a ChArUco board
+        ("rct-charuco/images/06.png", "asymmetric-circles:3x5:18mm:9mm", "3x5"),
+    ],
+)
+def test_a_real_plate_is_none_of_those_that_lie_on_it(image, declared, words):
+    path = DATA / image
+    if not path.exists():
+        pytest.skip("the real recordings are not beside this checkout")
+    grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    assert words in reason(np.asarray(grey), declared)
 
 
 def test_covered_discs_are_counted():

@@ -60,18 +60,21 @@ class Scene:
 
 
 CASES = [
-    (APRILTAG, 30),
-    (APRILTAG, 90),
-    (APRILTAG, 200),
-    (ARUCO, 30),
-    (ARUCO, 90),
-    (APRILTAGS, 200),
-    (ARUCOS, 200),
+    (APRILTAG, 30, 0.0),
+    (APRILTAG, 30, 55.0),
+    (APRILTAG, 90, 35.0),
+    (APRILTAG, 200, 0.0),
+    (APRILTAG, 200, 55.0),
+    (ARUCO, 30, 35.0),
+    (ARUCO, 90, 0.0),
+    (ARUCO, 90, 55.0),
+    (APRILTAGS, 200, 35.0),
+    (ARUCOS, 200, 0.0),
+    (ARUCOS, 200, 55.0),
 ]
 
 
-@pytest.mark.parametrize("tilt_deg", [0.0, 35.0, 55.0])
-@pytest.mark.parametrize(("text", "width"), CASES)
+@pytest.mark.parametrize(("text", "width", "tilt_deg"), CASES)
 def test_corners_are_exact_and_their_noise_is_honest(text, width, tilt_deg):
     rng = np.random.default_rng([width, int(tilt_deg)])
     errors, sigmas = [], []
@@ -187,7 +190,7 @@ def test_what_was_not_found_stays_so():
     assert board.refine(blank, missing, CAMERA) is missing
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_whatever_is_taken_for_a_tag_ends_in_corners_or_a_reason(seed):
     """Bent quads of 3 to 100 pixels in noise, some of them outside of the image."""
     rng = np.random.default_rng([31, seed])
