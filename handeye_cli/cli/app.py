@@ -118,7 +118,7 @@ def main() -> None:
     atexit.register(gc.freeze)
     # OpenCV would tell of a broken image too, in its own words and without the image's name.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")
-    # Matrices here are small: threads would wait for each other, where processors are busy for long.
+    # Matrices here are small: threads would wait for each other where processors are busy.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # A reader that leaves early, as `head` does, ends the command as it ends any other tool.
     if hasattr(signal, "SIGPIPE"):

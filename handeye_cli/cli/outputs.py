@@ -104,7 +104,7 @@ def _show_report(record: Any) -> None:
 
 
 def show_findings(record: Any, *, notes: bool = True) -> None:
-    """Tell on stderr what was found about the data of a record, with notes or only what is wrong."""
+    """Tell on stderr what was found about a record's data, with notes or only what is wrong."""
     from handeye_cli.pipeline import findings_of
 
     found = [each for each in findings_of(record) if notes or each.severity != "info"]
