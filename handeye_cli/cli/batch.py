@@ -18,8 +18,9 @@ from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.folders import make_folder
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_calibration
-from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver
+from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver
 from handeye_cli.cli.outputs import check_output, deliver, with_step
+from handeye_cli.cli.verification_options import Protocol
 from handeye_cli.conventions import parse_duration
 from handeye_cli.engines import engine_of
 from handeye_cli.errors import UsageError

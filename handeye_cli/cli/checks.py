@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from handeye_cli.cli.options import Protocol
+from handeye_cli.cli.verification_options import Protocol
 from handeye_cli.errors import UsageError
 
 

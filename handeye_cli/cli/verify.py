@@ -6,9 +6,10 @@ from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import open_calibration
-from handeye_cli.cli.options import Intrinsics, Mcap, Output, Protocol, Solver, Source, Work
+from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
+from handeye_cli.cli.verification_options import Protocol
 
 EXAMPLES = (
     "handeye verify recording.yaml --stations 4,6,8,10,12",

@@ -15,9 +15,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from handeye_cli.recording.options import McapOptions, PauseThresholds
+from handeye_cli.lazily import loader
 
 if TYPE_CHECKING:
+    from handeye_cli.recording.options import McapOptions, PauseThresholds
     from handeye_cli.recording.several_files import Paths
     from handeye_cli.recording.summary import Looked
     from handeye_cli.records import Inspection, Recording
@@ -31,6 +32,8 @@ __all__ = [
     "read",
     "summarise",
 ]
+
+__getattr__ = loader(__name__, {f"{__name__}.options": ("McapOptions", "PauseThresholds")})
 
 _MAGIC = b"\x89MCAP0\r\n"
 _ENDINGS = (".mcap", ".mcap.zstd", ".mcap.zst", ".db3", ".bag")
