@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Iterator
 
 import cv2
@@ -19,23 +20,35 @@ METHODS = ("maximum-likelihood", "tsai-lenz", "park-martin", "shah")
 THEIRS = "OpenCV "
 SLOWEST = 20.0
 """Seconds that one call of OpenCV may take; larger numbers of stations are left out."""
+RECORDINGS = 5
+"""Of which the median is told: the noise in some of them needs a longer way than in others."""
 MB = 1e6
-NOTE = """Seconds of one solution with its predicted error (OpenCV: without), and the most memory
-of the process. This project's time grows with the stations, OpenCV's with their pairs."""
+NOTE = f"""Seconds of one solution with its predicted error, the median over {RECORDINGS} recordings
+(OpenCV: one, without), and the most memory of the process. This project's time grows with the
+stations, OpenCV's with their pairs."""
+
+
+def recording(rng, count):
+    """Return poses of robot and target with noise, and the covariance of the target's."""
+    A, B, *_, of_camera = perfect(rng, general_layout, count)
+    A, B = (poses[0] for poses in noisy(rng, A, B, of_camera, 1))
+    return A, B, of_camera
+
+
+def solve(name, A, B, of_camera):
+    return solve_poses(A, B, method=name, camera_covariance=of_camera)
 
 
 def measure(count, name):
     """Seconds of one solution."""
     rng = np.random.default_rng(count)
-    A, B, *_, of_camera = perfect(rng, general_layout, count)
-    A, B = (poses[0] for poses in noisy(rng, A, B, of_camera, 1))
     if name.startswith(THEIRS):
+        A, B, _ = recording(rng, count)
         cv2.setNumThreads(1)
         return timed(opencv.solve, name.removeprefix(THEIRS), A, B)[1]
-    solve_poses(A[:10], B[:10], method=name)  # whatever is loaded on first use
-    return min(
-        timed(lambda: solve_poses(A, B, method=name, camera_covariance=of_camera))[1]
-        for _ in range(3)
+    solve(name, *recording(rng, COUNTS[0]))  # whatever is loaded on first use
+    return statistics.median(
+        timed(solve, name, *recording(rng, count))[1] for _ in range(RECORDINGS)
     )
 
 
