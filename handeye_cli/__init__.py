@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from handeye_cli.errors import HandeyeError
     from handeye_cli.records import Calibration, Noise, Stations, Verification
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 __all__ = [
     "Answers",

@@ -33,6 +33,8 @@ _MISFIT = 0.35
 """A grid is refused when a disc is off by more pitches; lens distortion bends it less."""
 _ODD = 0.17
 """Pitches by which a disc may be off its place more than its neighbours are."""
+_ODD_SPOT = 0.2
+"""The same for a spot, which is not measured yet."""
 _LOOSE = 0.05
 """The same in the median: up to 0.03 on small plates in noise, from 0.06 where chance set spots."""
 _MOVED = 0.06
@@ -43,8 +45,6 @@ _ANGULAR = 0.048
 """Median RMS distance of the edges to ellipses, in radii, beyond which they are squares: 0.057."""
 _CORNERS, _CORNERS_PX = 0.02, 0.1
 """Fourth harmonic that discs have in common, in radii and pixels, at most: squares have 0.035."""
-_ODD_SPOT = 0.2
-"""The same for a spot, which is not measured yet."""
 _WIDE = 1.3
 """A spot of so many times the expected area may be the larger corner disc."""
 
