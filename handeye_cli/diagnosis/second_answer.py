@@ -66,7 +66,7 @@ def _candidates(motions: FloatArray, halves: BoolArray) -> FloatArray:
     others = ~halves & (rotations.angle(motions) > _SMALL)
     P = rotations.principal_axis(motions)
     if others.any():
-        return np.asarray(np.linalg.svd(P[others])[2][:1])
+        return np.asarray(np.linalg.svd(P[others], full_matrices=False)[2][:1])
     units = P[halves][:_MOST_AXES] / np.linalg.norm(P[halves][:_MOST_AXES], axis=1, keepdims=True)
     first, second = np.triu_indices(len(units), 1)
     across = np.cross(units[first], units[second])

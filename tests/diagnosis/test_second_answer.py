@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -157,3 +158,16 @@ def test_stations_without_half_turns_are_not_looked_at(layout):
 def test_half_turns_are_counted_from_the_first():
     R = rotations.exp(np.array([[0.1, 0, 0], [0.1 + 3.1, 0, 0], [1.0, 0, 0], [0.1 - 2.5, 0, 0]]))
     assert half_turns(R).tolist() == [True, False, False]
+
+
+def test_memory_grows_with_the_stations_and_not_with_their_pairs():
+    rng = np.random.default_rng(91)
+    perfect = general_scene(rng, 3000)
+    half = perfect.A[0] @ turn(np.array([0.0, 0.0, 1.0]), 180)
+    chain = chain_of(recording(rng, perfect, LOW))
+    chain = replace(chain, A=np.concatenate([chain.A[:1], half[None], chain.A[2:]]))
+    tracemalloc.start()
+    second_answer(chain, Solution(perfect.X, perfect.Z))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < len(chain.A) ** 2
