@@ -16,7 +16,7 @@ from handeye_cli.errors import HandeyeError
 
 MUTANTS = 40
 """Damaged copies of each file of the corpus."""
-SECONDS = 2
+SECONDS = 5
 """For which a fuzzer looks at each reader."""
 EXPLORED = ("mcap", "payloads", "yaml", "image", "metadata")
 INTERESTING = (
