@@ -119,7 +119,7 @@ def test_an_unknown_flag_is_told_with_the_one_that_was_meant(handeye, name):
         ("--foo", "handeye: expected one of its flags, found '--foo'", "handeye --help shows"),
         ("solve in --target", "expected a value after --target, found none", "handeye solve"),
         ("solve in --quiet=3", "expected --quiet without a value, found '3'", "handeye solve"),
-        ("simulate recroding", "extra argument(s) (recroding)", "handeye simulate --help"),
+        ("simulate recroding", "(recroding)", "handeye simulate --help"),
     ],
 )
 def test_other_faults_of_a_line(handeye, line, message, hint):
