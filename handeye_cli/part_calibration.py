@@ -99,7 +99,10 @@ def calibrate_part(
     both = np.concatenate([answer, mean_influence(part.A, part.B, X, answer)], axis=1)
     part = chain_through(stations, part, found.camera)
     averaged = Solution(X, mean_target(part.A, part.B, X))
-    shared = _shared(part, averaged, found, _intrinsics(stations.camera, found.camera))
+    by_times = part.shared_covariance(found.influence)[:6, :6]
+    intrinsics = _intrinsics(stations.camera, found.camera)
+    shared = _shared(part, averaged, found, by_times, intrinsics)
+    shared[:12, :12] += part.shared_covariance(both)
     return PartCalibration(part, averaged, both, shared, found.model, found.camera)
 
 
@@ -113,14 +116,21 @@ def _intrinsics(before: Camera | None, after: Camera | None) -> FloatArray:
     return np.asarray(back @ after.covariance @ back.T)
 
 
-def _shared(part: Chain, averaged: Solution, found: Estimate, intrinsics: FloatArray) -> FloatArray:
-    """Return the covariance by intrinsics of X, of the mean Z, which follows both, and of them."""
+def _shared(
+    part: Chain, averaged: Solution, found: Estimate, by_times: FloatArray, intrinsics: FloatArray
+) -> FloatArray:
+    """Return the covariance by intrinsics of X, of the mean Z, which follows both, and of them.
+
+    `by_times` is the part of X's that an error of all robot poses causes, and no intrinsics.
+    """
     loop = loop_jacobians(part.A, part.B, averaged.X, averaged.Z)
     by_answer = loop.by_unknowns[..., :6].mean(axis=0)
     by_intrinsics = (loop.by_camera @ part.by_intrinsics).mean(axis=0)
     size = by_intrinsics.shape[1]
     across = found.with_intrinsics[:6]
-    causes = np.block([[found.shared[:6, :6], across], [across.T, intrinsics[:size, :size]]])
+    causes = np.block(
+        [[found.shared[:6, :6] - by_times, across], [across.T, intrinsics[:size, :size]]]
+    )
     moves = np.eye(12 + size, 6 + size, k=-6)
     moves[:6, :6], moves[6:12] = np.eye(6), np.concatenate([by_answer, by_intrinsics], axis=1)
     return np.asarray(moves @ causes @ moves.T)

@@ -41,7 +41,7 @@ class Steps:
     """How the steps before the wanted one are run.
 
     Attributes:
-        workers: Processes that look at images, or None for one per processor.
+        workers: Threads that look at images, or None for one per processor.
         progress: Told (done, all) after each image, or None.
         calibrate_intrinsics: Whether the intrinsics are estimated from the same images.
     """
@@ -232,8 +232,8 @@ def to_verification(
         target_moved: Whether the target was moved after the calibration.
 
     Raises:
-        UsageError: A count is out of range.
-        InputError: The record is of a later stage, or the calibration is for another setup.
+        UsageError: A count is out of range, or the calibration is for another setup.
+        InputError: The record is of a later stage.
     """
     from handeye_cli import leave_one_out as leaving_one_out
     from handeye_cli.verify import verify, verify_calibration

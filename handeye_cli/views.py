@@ -58,7 +58,11 @@ def views_of(stations: Sequence[Station], points: FloatArray) -> Views:
     Args:
         stations: Stations of a features or stations document.
         points: (n, 3) target points in metres.
+
+    Raises:
+        InputError: A station has points that the target has not.
     """
+    require_points_of_target(stations, len(points))
     usable = [
         (i, station, station.observation)
         for i, station in enumerate(stations)
@@ -86,7 +90,8 @@ def pose_candidates(views: Views, camera: Camera) -> PoseCandidates:
     found = pnp.planar_poses(views.seen, camera.lens)
     possible = np.isfinite(found.squares[:, 0])
     freedom = np.maximum(2 * views.seen.mask.sum(axis=1) - 6, 1)
-    variance = max(float(np.median(found.squares[:, 0] / freedom)), 1e-12)
+    spread = found.squares[possible, 0] / freedom[possible]
+    variance = max(float(np.median(spread)), 1e-12) if len(spread) else 1.0
     two = found.distinct & possible
     extra = np.subtract(found.squares[:, 1], found.squares[:, 0], where=two, out=np.zeros(len(two)))
     penalties = np.stack([np.zeros(len(two)), np.where(two, extra / variance, np.inf)], axis=1)
