@@ -42,7 +42,7 @@ def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
         ("rotation", row.rotation / MRAD, limits.rotation_mrad, "mrad"),
         ("translation", row.translation / MM, limits.translation_mm, "mm"),
     ):
-        if limit is not None and value > limit:
+        if limit is not None and not value <= limit:
             yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
     if limits.consistent and row.consistent is False:
         yield f"{where}: the errors contradict the prediction"

@@ -1,5 +1,7 @@
 """The limits of a verification, and data that an answer can rest on."""
 
+import math
+
 import pytest
 
 from handeye_cli import gates
@@ -31,6 +33,7 @@ def verification(consistent):
             ["6 stations: expected a translation error up to 0.6 mm, fou"],
         ),
         (Limits(consistent=True), ["6 stations: the errors contradict the prediction"]),
+        (Limits(rotation_mrad=math.nan), ["expected a rotation error up to nan mrad, found 4.500"]),
         (Limits(rotation_mrad=1), ["found 4.500; calibrated on 6", "found 3.500"]),
     ],
 )

@@ -14,7 +14,7 @@ from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Source, Work
 from handeye_cli.cli.progress import steps
-from handeye_cli.errors import UsageError
+from handeye_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.pipeline import Steps
@@ -85,6 +85,16 @@ def _check(form: Form, frames: Frames, destination: Destination) -> None:
     outputs.check_output(_as_output(destination))
 
 
+def _require_whole(calibration: Calibration, name: str) -> None:
+    if calibration.free:
+        found = ", ".join(each.words for each in calibration.free)
+        raise InputError(
+            f"expected a whole answer, found a partial one, which leaves free: {found}",
+            where=name,
+            hint="add stations that determine it, and solve without --partial",
+        )
+
+
 def _calibration(
     inputs: list[Opened], how: Steps, solver: Solver, intrinsics: Intrinsics, flags: dict[str, Any]
 ) -> Calibration:
@@ -95,6 +105,7 @@ def _calibration(
     opened = inputs[0]
     if isinstance(opened.record, Calibration):
         _refuse(given(intrinsics, solver), opened.file[0])
+        _require_whole(opened.record, opened.file[0])
         return opened.record
     found = pipeline.to_calibration(
         opened.record, how, method=solver.method, pairs=solver.pairs.value

@@ -106,7 +106,7 @@ def _write(every: Sequence[Contents], page: Page) -> None:
 
     text = html_page(every, distances([each.case for each in every]))
     if page.output == STDOUT:
-        sys.stdout.write(text)
+        print_text(text)
     else:
         documents.write_text(text, page.output, page.force)
 

@@ -30,6 +30,8 @@ _FARTHEST = 50.0
 _INCH_MM = 25.4
 _STEPS_MM = (5.0, 1.0)
 """Multiples of these are round sizes, where a size is four times as large or more."""
+_FINEST_MM = 0.1
+"""Of a smaller size."""
 _PERCENT = 0.01
 LENGTHS_NOT_CHECKED = "lengths-not-checked"
 _CHECK_LENGTHS = (
@@ -199,7 +201,7 @@ def _target_fault(description: str, message: str, advice: str) -> LengthFault:
 def _round_sizes(size_mm: float) -> list[str]:
     """Return the round sizes, in mm and in inches, that a size may be meant to be."""
     quarter = _INCH_MM / 4.0
-    step = next((step for step in _STEPS_MM if size_mm >= 4.0 * step), MM)
+    step = next((step for step in _STEPS_MM if size_mm >= 4.0 * step), _FINEST_MM)
     metric = step * round(size_mm / step)
     inches = quarter * round(size_mm / quarter)
     names = {metric: f"{metric:g} mm"}

@@ -108,6 +108,8 @@ def _noise_of(stations: AnsweredStations, given: Noise | None) -> Systematic:
         return Systematic()
     white = stations.white()
     squares, freedom = float(white.left @ white.left), white.freedom
+    if freedom < 1:
+        return Systematic()
     factor = math.sqrt(squares / freedom)
     larger, smaller = chi_square_tail(squares, freedom), chi_square_head(squares, freedom)
     if min(larger, smaller) > _NOISE_SIGNIFICANCE:

@@ -147,6 +147,8 @@ def _compiled(schema: dict[str, Any], *, explains: bool) -> Callable[[Any], Any]
 
 def _keys(data: Any) -> Iterator[str]:
     """Yield every key of a document, many of them again and again."""
+    if not isinstance(data, dict | list):
+        return
     if isinstance(data, dict):
         yield from data
     for item in data.values() if isinstance(data, dict) else data:

@@ -120,7 +120,10 @@ class FileBytes:
     def is_cut(self) -> bool:
         """Whether the end of the file is missing."""
         size = len(MAGIC)
-        return self.size < 2 * size or self.read(self.size - size, self.size) != MAGIC
+        try:
+            return self.size < 2 * size or self.read(self.size - size, self.size) != MAGIC
+        except DamageError:
+            return True
 
 
 class Record(NamedTuple):
@@ -149,7 +152,10 @@ def records(source: Source, start: int, stop: int) -> Iterator[Record]:
         content = start + RECORD_HEAD.size
         if content > stop:
             raise DamageError(f"{stop - start} bytes at the end, too few for a record", start)
-        opcode, length = RECORD_HEAD.unpack(source.read(start, content))
+        try:
+            opcode, length = RECORD_HEAD.unpack(source.read(start, content))
+        except DamageError as fault:
+            raise DamageError(str(fault), start) from fault
         if opcode == 0 or length > stop - content:
             found = f"a record with opcode {opcode} and {length} bytes"
             raise DamageError(f"{found}, {stop - content} bytes before the end", start)

@@ -85,6 +85,8 @@ def pixel_residuals(stations: Stations) -> PixelResiduals | None:
     by_plate = slopes @ poses[:, None, :3, :2]
     # a plate seen from its edge shows no point's place on it
     mask = views.seen.mask & (here[..., 2] > 0.0) & (np.abs(np.linalg.det(by_plate)) > _EDGE)
+    if not mask.any():
+        return None
     views = replace(views, seen=replace(views.seen, mask=mask))
     off = (views.seen.pixels - expected)[mask]
     on_plate = np.linalg.solve(by_plate[mask], off[..., None])[..., 0]

@@ -1,6 +1,7 @@
 """`handeye export`: the answer for other software, from a calibration or from what leads to it."""
 
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,10 +11,12 @@ from cli.scene import TRUTH
 from recording import bags, ros2
 from scipy.spatial.transform import Rotation
 
+from handeye_cli import documents
 from handeye_cli.cli.export_mount import mount_pose
 from handeye_cli.cli.export_options import Frames
 from handeye_cli.documents import exports
 from handeye_cli.geometry import se3
+from handeye_cli.records.free import FreeDirection, PosePart
 
 FRAMES = ["--parent", "tool0", "--child", "camera_optical_frame"]
 LINK = "0,0.0175,0.0125,-0.5,0.5,-0.5,0.5"
@@ -158,3 +161,13 @@ def test_help_names_every_format(handeye, monkeypatch):
     words = set(re.findall(r"[a-z0-9-]+", done.out))
     assert words >= exports.FORMATS.keys()
     assert max(map(len, done.out.splitlines())) <= 80
+
+
+def test_a_partial_answer_is_no_transform(handeye, calibration_file, tmp_path):
+    words = "translation along the gripper's z axis"
+    free = FreeDirection(PosePart.TRANSLATION, np.array([0.0, 0.0, 1.0]), "gripper", words)
+    path = str(tmp_path / "partial.yaml")
+    documents.write(replace(documents.read(str(calibration_file)), free=(free,)), path)
+    done = handeye("export", path, "--to", "csv")
+    assert (done.code, done.out) == (3, "")
+    assert f"partial one, which leaves free: {words}" in done.err

@@ -654,6 +654,20 @@ def test_declarations_do_not_fill_the_memory(tmp_path, monkeypatch):
     assert "more than 10000 bytes of schemas and channels" in losses.first
 
 
+def test_a_head_that_cannot_be_read_is_damage_where_it_stands():
+    """Or what comes behind it would be sought from the beginning of the file, again and again."""
+
+    class Broken:
+        size = 100
+
+        def read(self, start, stop):
+            raise framing.DamageError("bytes that cannot be read")
+
+    with pytest.raises(framing.DamageError) as caught:
+        list(framing.records(Broken(), 40, 100))
+    assert caught.value.offset == 40
+
+
 def test_a_disk_that_fails_is_damage(good, tmp_path, monkeypatch):
     (tmp_path / "a.mcap").write_bytes(good("no-crc"))
     read = framing.FileBytes.read

@@ -141,7 +141,7 @@ def lens(
     Raises:
         InputError: The model is none of ours, or has another number of coefficients.
     """
-    if name not in models:
+    if not isinstance(name, str) or name not in models:
         raise InputError(
             f"expected a distortion model out of {', '.join(models)}, found {name!r}",
             where=str(place),

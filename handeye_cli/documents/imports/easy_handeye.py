@@ -70,7 +70,7 @@ def _told_setup(data: dict[str, Any], place: Place) -> Setup | None:
     if isinstance(parameters.get("eye_on_hand"), bool):
         return Setup.EYE_IN_HAND if parameters["eye_on_hand"] else Setup.EYE_TO_HAND
     told = parameters.get("calibration_type") or None
-    if told is not None and told not in _SETUPS:
+    if told is not None and (not isinstance(told, str) or told not in _SETUPS):
         raise InputError(
             f"expected one of {', '.join(_SETUPS)}, found {describe(told)}",
             where=str(place.key("calibration_type")),
