@@ -38,8 +38,9 @@ HEADS = (
     Column("refine [ms]", ".1f"),
 )
 NOTE = """Views of a bare board at tilts of 0 to 55 deg, blur 0.7 px, noise of 2 grey levels.
-`detect` is what OpenCV's detector gives, which is also where ours starts; `refine` adds the fit
-through the camera. Both are RMS distances from the true points, per coordinate."""
+`detect` is what the search gives (OpenCV's, of tags and ChArUco boards), which is where the fit
+starts; `refine` adds that fit through the camera. Both are RMS distances from the true points, per
+coordinate."""
 
 
 def look(camera, board, size_px, rng):
