@@ -9,6 +9,7 @@ import numpy as np
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.geometry import se3
+from handeye_cli.geometry.loop import LoopJacobians
 from handeye_cli.records import FloatArray, IntArray, Noise, Stations
 
 MIN_STATIONS = 3
@@ -63,6 +64,17 @@ class Chain:
         if self.shared_error is None:
             return np.zeros((len(self.A), 6, 0))
         return np.asarray(self.by_robot @ self.shared_error[..., None])
+
+    def by_shared_causes(self, loop: LoopJacobians) -> FloatArray:
+        """Return (N, 6, k) how the loops' residuals move with all that the stations share.
+
+        These are errors of unit variance: of the intrinsics, and of the robot poses.
+
+        Args:
+            loop: Of these stations.
+        """
+        by_causes = loop.by_camera @ self.by_intrinsics, loop.by_robot @ self.by_shared_error
+        return np.concatenate(by_causes, axis=-1)
 
     def shared_covariance(self, influence: FloatArray) -> FloatArray:
         """Return the (p, p) covariance that the robot poses' shared error gives to a result.

@@ -24,6 +24,25 @@ class Limits:
     translation_mm: float | None = None
     consistent: bool = False
 
+    def broken(
+        self, rotation: float | None, translation: float | None, kind: str = ""
+    ) -> Iterator[str]:
+        """Yield what is wrong with errors that are above a limit.
+
+        Args:
+            rotation: RMS, radians, or None where nobody knows it.
+            translation: RMS, metres, or None.
+            kind: What they are, such as `predicted`.
+        """
+        for name, value, unit, sign, limit in (
+            ("rotation", rotation, MRAD, "mrad", self.rotation_mrad),
+            ("translation", translation, MM, "mm", self.translation_mm),
+        ):
+            # a limit that is no number is kept by nothing
+            if limit is not None and value is not None and not value / unit <= limit:
+                what = f"{kind} {name}".strip()
+                yield f"expected a {what} error up to {limit:g} {sign}, found {value / unit:.3f}"
+
 
 def check_limits(verification: Verification, limits: Limits) -> None:
     """Compare every row of a verification with the limits.
@@ -38,12 +57,8 @@ def check_limits(verification: Verification, limits: Limits) -> None:
 
 def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
     where = f"calibrated on {row.stations} stations"
-    for name, value, limit, unit in (
-        ("rotation", row.rotation / MRAD, limits.rotation_mrad, "mrad"),
-        ("translation", row.translation / MM, limits.translation_mm, "mm"),
-    ):
-        if limit is not None and not value <= limit:
-            yield f"{where}: expected a {name} error up to {limit:g} {unit}, found {value:.3f}"
+    for text in limits.broken(row.rotation, row.translation):
+        yield f"{where}: {text}"
     if limits.consistent and row.consistent is False:
         yield f"{where}: the errors contradict the prediction"
 

@@ -195,8 +195,7 @@ def _squares_of_all(stations: Stations, chain: Chain) -> float | None:
     loop = loop_jacobians(chain.A, chain.B, best.X, best.Z)
     by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
     own = by_poses @ model.covariance @ np.swapaxes(by_poses, -1, -2)
-    shared = loop.by_camera @ chain.by_intrinsics, loop.by_robot @ chain.by_shared_error
-    return weighted_squares(loop.residuals, own, np.concatenate(shared, axis=-1), loop.by_unknowns)
+    return weighted_squares(loop.residuals, own, chain.by_shared_causes(loop), loop.by_unknowns)
 
 
 def _apart(

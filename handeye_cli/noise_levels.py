@@ -76,8 +76,7 @@ def noise_model(
         start: Levels to start the estimation from; the size of the residuals when not given.
     """
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    by_errors = loop.by_camera @ chain.by_intrinsics, loop.by_robot @ chain.by_shared_error
-    design = np.concatenate([loop.by_unknowns, *by_errors], axis=-1)
+    design = np.concatenate([loop.by_unknowns, chain.by_shared_causes(loop)], axis=-1)
     shared = design.shape[-1] - 12
     loops = Loops(
         residuals=loop.residuals,

@@ -11,7 +11,7 @@ from handeye_cli.chain import Chain, has_pixels
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import joint_bundle, pnp
 from handeye_cli.records import Camera, FloatArray, IntArray, Station, Stations
-from handeye_cli.views import Views, require_points_of_target, views_of
+from handeye_cli.views import Views, views_of
 
 CALIBRATED = "intrinsics-calibrated"
 """Code of the finding that says that the intrinsics come from the stations' own images."""
@@ -116,7 +116,6 @@ def pixel_data(stations: Stations) -> PixelData:
         station if station.camera_T_target else replace(station, observation=None)
         for station in stations.stations
     ]
-    require_points_of_target(usable, len(points))
     camera, views = stations.camera, views_of(usable, points)
     seen = [usable[index] for index in views.index]
     poses = np.array([each.camera_T_target.matrix for each in seen if each.camera_T_target])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from handeye_cli.recording.options import McapOptions, PauseThresholds
     from handeye_cli.recording.several_files import Paths
     from handeye_cli.recording.summary import Looked
-    from handeye_cli.records import Inspection, Recording
+    from handeye_cli.records import Recording
 
 __all__ = [
     "McapOptions",
@@ -30,7 +30,6 @@ __all__ = [
     "is_recording",
     "look",
     "read",
-    "summarise",
 ]
 
 __getattr__ = loader(__name__, {f"{__name__}.options": ("McapOptions", "PauseThresholds")})
@@ -96,10 +95,11 @@ def read(path: Paths, options: McapOptions) -> Recording:
     return stations.read(path, options)
 
 
-def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Inspection:
-    """Return what an MCAP recording holds and what of it would be used.
+def look(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Looked:
+    """Look into an MCAP recording, and read it where nothing is in the way of that.
 
-    What stops `read`, such as an ambiguous choice, is an error of the diagnosis here.
+    What stops `read`, such as an ambiguous choice, is an error of the diagnosis here. The files are
+    gone through once.
 
     Args:
         path: The MCAP file, a folder, or several of these.
@@ -107,16 +107,8 @@ def summarise(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> In
         flags: The same as they were given on the command line, by name without dashes.
 
     Raises:
-        InputError: The file cannot be opened, is no MCAP or is damaged.
+        InputError: The file cannot be opened or is no MCAP.
         UsageError: Options contradict each other.
-    """
-    return look(path, options, flags).inspection
-
-
-def look(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Looked:
-    """Return the same as `summarise`, and the recording itself where nothing is in the way.
-
-    The files are gone through once. The arguments and errors are those of `summarise`.
     """
     from handeye_cli.recording import summary
 

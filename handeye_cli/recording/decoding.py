@@ -54,10 +54,16 @@ class ChannelDecoder:
         It is empty for a payload that was packed by itself, and in encodings that do not hold the
         fields one after the other.
         """
-        encoding = self.channel.message_encoding
-        if encoding not in message_table.IN_ORDER or data.startswith(_ZSTD_MAGIC):
-            return ()
-        return _places(self.channel, data)
+        return _places(self.channel, data) if self.is_in_order(data) else ()
+
+    def is_in_order(self, data: bytes) -> bool:
+        """Return whether a payload holds its fields one after the other, and is not packed.
+
+        Args:
+            data: The payload or its beginning.
+        """
+        in_order = self.channel.message_encoding in message_table.IN_ORDER
+        return in_order and not data.startswith(_ZSTD_MAGIC)
 
     def header(self, data: bytes) -> Header:
         """Return the header of an image without touching its pixels.

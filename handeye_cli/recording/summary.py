@@ -57,7 +57,7 @@ def look(path: Paths, options: McapOptions, flags: Mapping[str, Any]) -> Looked:
         flags: The choices as they were given on the command line, by name without dashes.
 
     Raises:
-        InputError: The file cannot be opened, is no MCAP file or is damaged.
+        InputError: The file cannot be opened or is no MCAP file.
         UsageError: Options contradict each other.
     """
     counter = TopicCounter()

@@ -17,7 +17,6 @@ from handeye_cli.recording.container import Channel, Position, RawMessage
 from handeye_cli.recording.decoding import ChannelDecoder, decoder_for
 from handeye_cli.recording.known_links import KnownLinks
 from handeye_cli.recording.losses import Losses, Unreadable
-from handeye_cli.recording.message_table import IN_ORDER
 from handeye_cli.recording.messages import (
     AnyImage,
     CameraInfoMessage,
@@ -40,8 +39,6 @@ _DESCRIPTION = "<robot"
 """What tells a robot's description from other texts."""
 _HEADER_BYTES = 4096
 """More than any header takes."""
-_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-"""Of a message that was packed by itself."""
 
 
 @dataclass(frozen=True)
@@ -290,7 +287,7 @@ def _kind(channel: Channel) -> str:
 def _header(decoder: ChannelDecoder, message: RawMessage) -> Header:
     """Return the header of an image, read without the pixels where it stands before them."""
     data = message.beginning(_HEADER_BYTES)
-    if message.channel.message_encoding not in IN_ORDER or data.startswith(_ZSTD_MAGIC):
+    if not decoder.is_in_order(data):
         data = message.data
     return decoder.header(data)
 

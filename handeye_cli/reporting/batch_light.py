@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from handeye_cli.conventions import MM, MRAD
 from handeye_cli.gates import Limits
 from handeye_cli.records.batch import Batch, BatchRow, BatchStatus
 from handeye_cli.reporting.colour import Colour
@@ -79,12 +78,5 @@ def _broken(row: BatchRow, limits: Limits) -> Iterator[str]:
         ("predicted", row.predicted_rotation, row.predicted_translation),
         ("seen", row.seen_rotation, row.seen_translation),
     ):
-        for name, value, unit, sign, limit in (
-            ("rotation", rotation, MRAD, "mrad", limits.rotation_mrad),
-            ("translation", translation, MM, "mm", limits.translation_mm),
-        ):
-            if limit is not None and value is not None and value / unit > limit:
-                yield (
-                    f"{row.name}: expected a {kind} {name} error up to {limit:g} {sign}, "
-                    f"found {value / unit:.3f}"
-                )
+        for text in limits.broken(rotation, translation, kind):
+            yield f"{row.name}: {text}"

@@ -135,15 +135,9 @@ def _for(case: Case, rows: tuple[RowLight, ...]) -> Iterator[str]:
 
 
 def _predicted_above(case: Case, limits: Limits) -> Iterator[str]:
-    if case.calibration is None:
-        return
-    error = case.calibration.predicted_error
-    for name, value, limit, unit in (
-        ("rotation", error.rotation / MRAD, limits.rotation_mrad, "mrad"),
-        ("translation", error.translation / MM, limits.translation_mm, "mm"),
-    ):
-        if limit is not None and value > limit:
-            yield f"expected a predicted {name} error up to {limit:g} {unit}, found {value:.3f}"
+    if case.calibration is not None:
+        error = case.calibration.predicted_error
+        yield from limits.broken(error.rotation, error.translation, "predicted")
 
 
 def _seen_above(case: Case, limits: Limits) -> Iterator[str]:

@@ -10,7 +10,7 @@ from handeye_cli import targets
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project_jacobians
 from handeye_cli.records import FloatArray, IntArray, Stations
-from handeye_cli.views import Views, require_points_of_target, views_of
+from handeye_cli.views import Views, views_of
 
 _CELLS = 16
 """Cells across the longer side of an image, over which residuals are averaged."""
@@ -73,7 +73,6 @@ def pixel_residuals(stations: Stations) -> PixelResiduals | None:
         for each in stations.stations
     ]
     points = targets.build(stations.target).points()
-    require_points_of_target(usable, len(points))
     views = views_of(usable, points)
     if not len(views.index):
         return None

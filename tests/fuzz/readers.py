@@ -57,7 +57,7 @@ def payloads(data):
         for time in range(3)
         for index in range(1, len(TYPES) + 1)
     )
-    recording.summarise(str(saved("payloads.mcap", surgery.ended(declared + sent))), OPTIONS, {})
+    recording.look(str(saved("payloads.mcap", surgery.ended(declared + sent))), OPTIONS, {})
 
 
 def yaml(data):

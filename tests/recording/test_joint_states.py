@@ -248,7 +248,7 @@ def test_the_gripper_can_be_a_link_that_is_fixed_to_the_last_one(path, robot):
 
 
 def test_the_summary_shows_the_links_of_the_joints(path):
-    summary = recording.summarise(path, OPTIONS, {}).recording
+    summary = recording.look(path, OPTIONS, {}).inspection.recording
     assert summary.used.frames == ("base", *(f"link_{i}" for i in range(1, 7)))
     roles = {topic.name: topic.role for topic in summary.topics}
     assert (roles["/joint_states"], roles["/robot_description"]) == ("joints", "text")

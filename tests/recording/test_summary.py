@@ -30,7 +30,7 @@ def messages(robot):
 def look(tmp_path):
     def make(messages, options=BOTH, flags=None, **layout):
         path = write(tmp_path / "a.mcap", messages, **layout)
-        return recording.summarise(path, options, flags or {})
+        return recording.look(path, options, flags or {}).inspection
 
     return make
 
@@ -229,7 +229,7 @@ def test_a_recording_that_was_cut_off(look, messages, tmp_path):
     look(messages)
     whole = (tmp_path / "a.mcap").read_bytes()
     (tmp_path / "b.mcap").write_bytes(whole[: len(whole) // 2])
-    inspection = recording.summarise(str(tmp_path / "b.mcap"), BOTH, {})
+    inspection = recording.look(str(tmp_path / "b.mcap"), BOTH, {}).inspection
     assert inspection.recording.cut
     assert "recording-cut" in {finding.code for finding in inspection.diagnosis}
     assert 0 < inspection.recording.duration < 6
@@ -240,7 +240,7 @@ def test_options_that_contradict_each_other_and_files_that_are_none(look, messag
         look(messages, McapOptions(pose_topic="/pose", base_frame="base_link"))
     (tmp_path / "no.mcap").write_bytes(b"nothing of the kind")
     with pytest.raises(InputError, match="found a file that starts with b'nothing "):
-        recording.summarise(str(tmp_path / "no.mcap"), BOTH, {})
+        recording.look(str(tmp_path / "no.mcap"), BOTH, {})
 
 
 def test_intrinsics_of_a_file_of_their_own_are_named(look, messages):
