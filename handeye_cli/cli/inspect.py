@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
-from handeye_cli.cli.camera_options import (
-    CameraFile,
-    check_intrinsics_flags,
-    open_inputs,
-    with_camera_file,
-)
+from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import Opened, open_looked
+from handeye_cli.cli.looked import open_both
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Source, Work
 from handeye_cli.cli.outputs import check_output, finish
 from handeye_cli.cli.progress import steps
-
-if TYPE_CHECKING:
-    from handeye_cli.records import Inspection
 
 EXAMPLES = (
     "handeye inspect data.mcap",
@@ -47,7 +38,7 @@ def inspect(
 
     check_output(output)
     flags = given(source, mcap, camera_file, intrinsics)
-    inputs, summary = _opened(source, mcap, camera_file, flags)
+    inputs, summary = open_both(source, mcap, camera_file, flags)
     if summary is not None and inputs[0].record is summary:
         inspection = summary
     else:
@@ -57,22 +48,3 @@ def inspect(
             inspection = replace(inspection, recording=summary.recording)
     finish("inspect", inspection, output, inputs, flags)
     gates.require_meaning(inspection)
-
-
-def _opened(
-    source: Source, mcap: Mcap, camera_file: CameraFile, flags: dict[str, Any]
-) -> tuple[list[Opened], Inspection | None]:
-    """Return the input with the file of its intrinsics, and what it holds if it is a recording.
-
-    Of a recording that cannot be read yet, the input is what it holds.
-    """
-    check_intrinsics_flags(mcap, camera_file)
-    name = camera_file.camera
-    looked = open_looked(source, mcap, flags, own_intrinsics=name is not None)
-    if looked is None:
-        return open_inputs(source, mcap, camera_file), None
-    summary, recorded = looked.record.inspection, looked.record.recording
-    opened = replace(looked, record=summary if recorded is None else recorded)
-    if recorded is None or name is None:
-        return [opened], summary
-    return with_camera_file(opened, name), summary

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from handeye_cli.cli.folders import make_folder, undone_on_failure
+from handeye_cli.cli.folders import prepared
 from handeye_cli.cli.pictures import file_names
 
 if TYPE_CHECKING:
@@ -62,15 +62,9 @@ def prepared_folder(path: str, names: Iterable[str], force: bool) -> Iterator[Fo
         UsageError: It is no folder, or a file of the recording exists and is not to be replaced.
         InputError: It cannot be made.
     """
-    from handeye_cli import documents
-
     labels = [f"{_IMAGES}/{name}.png" for name in file_names(list(names))]
     folder = Folder(path, labels, force)
-    files = (folder.document, *folder.images)
-    with undone_on_failure(path, files):
-        make_folder(str(Path(path) / _IMAGES), "-o")
-        for file in files:
-            documents.check_destination(file, force)
+    with prepared(path, (folder.document, *folder.images), "-o", force=force):
         yield folder
 
 

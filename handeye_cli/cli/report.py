@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from handeye_cli.pipeline import Steps
     from handeye_cli.reporting.case import Case
     from handeye_cli.reporting.contents import Contents
-    from handeye_cli.reporting.verifying import Way
+    from handeye_cli.reporting.verifying import Approach
 
 EXAMPLES = (
     "handeye report calibration.yaml verification.yaml -o report.html",
@@ -50,7 +50,7 @@ def report(
     from handeye_cli.pipeline import Steps
     from handeye_cli.render.sheet import require_matplotlib
     from handeye_cli.reporting.gathering import gather
-    from handeye_cli.reporting.verifying import Way
+    from handeye_cli.reporting.verifying import Approach
 
     _check_page(page)
     require_matplotlib()
@@ -59,8 +59,8 @@ def report(
     library = open_library(sources, mcap, camera_file)
     cases = gather(library.reads)
     with steps(work, Output(quiet=page.quiet), intrinsics) as how:
-        way = Way(how, solver.method, solver.pairs.value)
-        cases = tuple(_complete(case, way) for case in cases)
+        approach = Approach(how, solver.method, solver.pairs.value)
+        cases = tuple(_complete(case, approach) for case in cases)
     show = Steps(workers=work.workers)
     every = [_contents(each, limits, show, library, images=not page.no_images) for each in cases]
     _write(every, page)
@@ -82,11 +82,11 @@ def _check_page(page: Page) -> None:
     check_output(Output(output=page.output, force=page.force))
 
 
-def _complete(case: Case, way: Way) -> Case:
+def _complete(case: Case, approach: Approach) -> Case:
     from handeye_cli.reporting.completing import complete
 
     with Opened(None, (case.name, "")).blamed():
-        return complete(case, way)
+        return complete(case, approach)
 
 
 def _contents(

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
 from handeye_cli.cli.grouping import flags_of, given
-from handeye_cli.cli.inputs import Opened, open_input, open_summary
+from handeye_cli.cli.inputs import Opened, open_input
+from handeye_cli.cli.looked import open_both
 from handeye_cli.cli.options import Mcap, Source
 from handeye_cli.cli.report_options import Sources
 from handeye_cli.errors import InputError, UsageError
@@ -63,8 +64,8 @@ def open_library(sources: Sources, mcap: Mcap, camera_file: CameraFile) -> Libra
     """
     library = Library()
     first, *others = _inputs(sources)
-    opened = open_inputs(first, mcap, camera_file)[0]
-    _add(library, opened, asked=True, summary=_summary(first, mcap, camera_file))
+    opened, summary = _first(first, mcap, camera_file)
+    _add(library, opened, asked=True, summary=summary)
     for other in others:
         _add(library, open_input(other, Mcap()), asked=True)
     for read in library.reads:  # the list grows while it is walked: what is found names more
@@ -87,13 +88,16 @@ def _inputs(sources: Sources) -> list[Source]:
     return [flagged, *(Source(name) for (name,) in others)]
 
 
-def _summary(source: Source, mcap: Mcap, camera_file: CameraFile) -> RecordingSummary | None:
-    """Return what a robot's recording holds; None for a document."""
-    flags = given(source, mcap, camera_file)
-    own_intrinsics = camera_file.camera is not None
-    opened = open_summary(source, mcap, flags, own_intrinsics=own_intrinsics)
-    summary: RecordingSummary | None = None if opened is None else opened.record.recording
-    return summary
+def _first(
+    source: Source, mcap: Mcap, camera_file: CameraFile
+) -> tuple[Opened, RecordingSummary | None]:
+    """Return what the flags are about, and what it holds if it is a robot's recording."""
+    (opened, *_), looked = open_both(source, mcap, camera_file, given(source, mcap, camera_file))
+    if looked is None:
+        return opened, None
+    if opened.record is looked:  # to be read without looking around, which says what is in the way
+        opened = open_inputs(source, mcap, camera_file)[0]
+    return opened, looked.recording
 
 
 def _add(

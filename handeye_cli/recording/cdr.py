@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cache
 
 from handeye_cli.recording.in_order import Cursor, Form, reader
-from handeye_cli.recording.layout import Layout, Record
+from handeye_cli.recording.layout import Layout, Values
 
 _HEAD_BYTES = 4
 _ALIGNMENTS = {b"\x00\x00": 8, b"\x00\x06": 4, b"\x00\x10": 4}
@@ -14,17 +14,17 @@ _ALIGNMENTS = {b"\x00\x00": 8, b"\x00\x06": 4, b"\x00\x10": 4}
 little-endian."""
 
 
-def decoder(layout: Layout) -> Callable[[bytes], Record]:
+def decoder(layout: Layout) -> Callable[[bytes], Values]:
     """Return the function that decodes payloads of some layout.
 
     It raises struct.error or ValueError for a payload that is none.
     """
 
     @cache
-    def read(identifier: bytes) -> Callable[[Cursor], Record]:
+    def read(identifier: bytes) -> Callable[[Cursor], Values]:
         return reader(layout, _form(identifier))
 
-    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Record:
+    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Values:
         return read(data[:2])(cursor(data, _HEAD_BYTES))
 
     return decode

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from typing import Self
 
+from handeye_cli.recording.layout import seconds_and_rest
 from handeye_cli.recording.messages import (
     CameraInfoMessage,
     CompressedImageMessage,
@@ -18,7 +19,6 @@ from handeye_cli.recording.messages import (
 )
 
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
-_SECOND = 1_000_000_000
 _EYE = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 AnyWritten = ImageMessage | CompressedImageMessage | CameraInfoMessage | TransformsMessage
@@ -60,7 +60,7 @@ class _Payload:
         return self
 
     def header(self, header: Header) -> Self:
-        seconds, nanoseconds = divmod(header.stamp_ns, _SECOND)
+        seconds, nanoseconds = seconds_and_rest(header.stamp_ns)
         return self.numbers("i", seconds).numbers("I", nanoseconds).text(header.frame_id)
 
 

@@ -40,13 +40,16 @@ class Channels:
 
     Args:
         wanted: Asked once for every channel.
+        every: Whether messages are given that are not wanted, too.
     """
 
-    def __init__(self, wanted: Callable[[Channel], bool]) -> None:
+    def __init__(self, wanted: Callable[[Channel], bool], *, every: bool) -> None:
         self._wanted = wanted
+        self._every = every
         self._schemas: dict[int, SchemaRecord] = {}
         self._channels: dict[int, Channel] = {}
         self._used: set[int] = set()
+        self._given: set[int] = set()
         self._counts: Counter[int] = Counter()
         self._bytes = 0
 
@@ -76,16 +79,17 @@ class Channels:
             raise DamageError(f"channel {record.id} declared twice, as {named}")
         if known is None:
             self._channels[record.id] = channel
-            if self._wanted(channel):
-                self._used.add(record.id)
+            wanted = self._wanted(channel)
+            self._used |= {record.id} if wanted else set()
+            self._given |= {record.id} if wanted or self._every else set()
 
     def of_message(self, channel_id: int) -> Channel | None:
-        """Return the channel of a message, or None when it is not wanted.
+        """Return the channel of a message, or None when it is not to be given.
 
         Raises:
             DamageError: It was never declared.
         """
-        if channel_id in self._used:
+        if channel_id in self._given:
             self._counts[channel_id] += 1
             return self._channels[channel_id]
         if channel_id not in self._channels:
@@ -100,11 +104,19 @@ class Channels:
         """Return whether all of some channels are known, there is one, and none is wanted."""
         return self.all_known(channel_ids) and self._used.isdisjoint(channel_ids)
 
-    def counted(self, stated: Iterable[tuple[int, int]]) -> Iterator[tuple[str, int, int]]:
-        """Yield topic, stated number and found number of messages of each wanted channel."""
+    def counted(self, stated: Iterable[tuple[int, int]]) -> Iterator[tuple[str, bool, int, int]]:
+        """Yield what the messages of each channel that are given come to.
+
+        Args:
+            stated: Ids of channels, with numbers of messages.
+
+        Yields:
+            Topic, whether it is wanted, and the stated and the found number.
+        """
         for channel_id, count in stated:
-            if channel_id in self._used:
-                yield self._channels[channel_id].topic, count, self._counts[channel_id]
+            if channel_id in self._given:
+                channel, wanted = self._channels[channel_id], channel_id in self._used
+                yield channel.topic, wanted, count, self._counts[channel_id]
 
     def _channel(self, record: ChannelRecord) -> Channel:
         schema = self._schemas.get(record.schema_id)

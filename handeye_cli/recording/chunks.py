@@ -33,15 +33,17 @@ _MOST_HELD = 2**24
 
 @dataclass(frozen=True)
 class Content:
-    """The records inside a chunk.
+    """The records inside a chunk, or of a file without chunks.
 
     Attributes:
+        path: The file.
         source: Where they stand, by the file's offsets unless the chunk is packed.
         start: The first byte of the first one.
         stop: The byte after the last.
         packed: Offset of the chunk's record when the source is its unpacked content, else None.
     """
 
+    path: str
     source: Source
     start: int
     stop: int
@@ -80,7 +82,7 @@ def content_of(file: FileBytes, chunk: Record) -> Content:
     if head.compression:
         data = _unpacked(file.read(head.start, head.stop), head)
         _compare(zlib.crc32(data), head)
-        return Content(Held(data), 0, len(data), chunk.offset)
+        return Content(file.path, Held(data), 0, len(data), chunk.offset)
     source: Source = file
     if head.checksum and head.size <= _MOST_HELD:
         data = file.read(head.start, head.stop)
@@ -88,7 +90,7 @@ def content_of(file: FileBytes, chunk: Record) -> Content:
         source = Held(data, head.start)
     elif head.checksum:
         _compare(_file_checksum(file, head), head)
-    return Content(source, head.start, head.stop, None)
+    return Content(file.path, source, head.start, head.stop, None)
 
 
 def _head(file: FileBytes, chunk: Record) -> _Head:

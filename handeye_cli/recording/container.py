@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from itertools import groupby
 from typing import NamedTuple
 
 from mcap.opcode import Opcode
 
 from handeye_cli.recording.channels import Channel, Channels
-from handeye_cli.recording.chunks import content_of
+from handeye_cli.recording.chunks import Content, content_of
 from handeye_cli.recording.file_index import DECLARATIONS, summary_of
 from handeye_cli.recording.framing import (
     MAGIC,
@@ -43,6 +43,7 @@ __all__ = [
     "scan",
 ]
 
+_MESSAGE = int(Opcode.MESSAGE)
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 _LAST = ((Opcode.DATA_END, 4), (Opcode.FOOTER, 20))
 """The records behind the messages, and their lengths."""
@@ -72,14 +73,21 @@ class RawMessage(NamedTuple):
     Attributes:
         channel: Where it belongs.
         log_time_ns: When it was recorded.
-        position: Where it lies.
-        source: What `position` counts in.
+        content: What it stands in.
+        start: First byte of its payload in there.
+        stop: The byte after the last.
     """
 
     channel: Channel
     log_time_ns: int
-    position: Position
-    source: Source
+    content: Content
+    start: int
+    stop: int
+
+    @property
+    def position(self) -> Position:
+        """Where its payload lies."""
+        return Position(self.content.path, self.content.packed, self.start, self.stop)
 
     @property
     def data(self) -> bytes:
@@ -88,7 +96,7 @@ class RawMessage(NamedTuple):
         Raises:
             InputError: It is too long to be read.
         """
-        return self._read(self.position.stop)
+        return self._read(self.stop)
 
     def beginning(self, size: int) -> bytes:
         """Return the first bytes of the payload, or all when there are not so many.
@@ -96,16 +104,18 @@ class RawMessage(NamedTuple):
         Raises:
             InputError: They are too many to be read.
         """
-        return self._read(min(self.position.start + size, self.position.stop))
+        return self._read(min(self.start + size, self.stop))
 
     def _read(self, stop: int) -> bytes:
         try:
-            return self.source.read(self.position.start, stop)
+            return self.content.source.read(self.start, stop)
         except DamageError as fault:
             raise damaged(str(fault), f"a message of {self.channel.topic}") from fault
 
 
-def scan(path: str, wanted: Callable[[Channel], bool], losses: Losses) -> Iterator[RawMessage]:
+def scan(
+    path: str, wanted: Callable[[Channel], bool], losses: Losses, aside: Losses | None = None
+) -> Iterator[RawMessage]:
     """Yield the messages of the wanted channels in the order of the file.
 
     A file that was cut off gives everything before the record that is incomplete. What is damaged
@@ -114,13 +124,16 @@ def scan(path: str, wanted: Callable[[Channel], bool], losses: Losses) -> Iterat
     Args:
         path: The MCAP file.
         wanted: Asked once for every channel.
-        losses: Grows by what is missing and by what is damaged.
+        losses: Grows by what is missing and by what is damaged, as far as anything wanted may
+            have been there.
+        aside: Grows by what is lost of nothing but messages that are not wanted. Where it is given,
+            those are yielded as well.
 
     Raises:
         InputError: The file cannot be opened or is no MCAP file.
     """
     with opened(path) as file:
-        yield from _Scan(file, wanted, losses).messages()
+        yield from _Scan(file, wanted, losses, aside).messages()
 
 
 def read_payloads(positions: Iterable[Position]) -> Iterator[bytes]:
@@ -132,30 +145,45 @@ def read_payloads(positions: Iterable[Position]) -> Iterator[bytes]:
     for path, in_file in groupby(positions, key=lambda position: position.path):
         with opened(path) as file:
             for chunk, together in groupby(in_file, key=lambda position: position.chunk):
-                try:
-                    source = file if chunk is None else _source_of(file, chunk)
-                    for position in together:
-                        yield source.read(position.start, position.stop)
-                except DamageError as fault:
-                    raise damaged(str(fault), f"{path}, byte {chunk or 0}") from fault
+                source = file if chunk is None else _source_of(file, chunk)
+                for position in together:
+                    with _damage_at(path, position.start if chunk is None else chunk):
+                        payload = source.read(position.start, position.stop)
+                    yield payload
 
 
 def _source_of(file: FileBytes, chunk: int) -> Source:
-    for record in records(file, chunk, file.size):
-        if record.opcode != Opcode.CHUNK:
-            raise DamageError(f"a record with opcode {record.opcode} in place of a chunk")
-        return content_of(file, record).source
-    raise DamageError("the end of the file in place of a chunk")
+    with _damage_at(file.path, chunk):
+        for record in records(file, chunk, file.size):
+            if record.opcode != Opcode.CHUNK:
+                raise DamageError(f"a record with opcode {record.opcode} in place of a chunk")
+            return content_of(file, record).source
+        raise DamageError("the end of the file in place of a chunk")
+
+
+@contextmanager
+def _damage_at(path: str, offset: int) -> Iterator[None]:
+    try:
+        yield
+    except DamageError as fault:
+        raise damaged(str(fault), f"{path}, byte {offset}") from fault
 
 
 class _Scan:
     """One way through a file."""
 
-    def __init__(self, file: FileBytes, wanted: Callable[[Channel], bool], losses: Losses) -> None:
+    def __init__(
+        self,
+        file: FileBytes,
+        wanted: Callable[[Channel], bool],
+        losses: Losses,
+        aside: Losses | None,
+    ) -> None:
         self._file = file
-        self._losses = losses
+        self._content = Content(file.path, file, len(MAGIC), file.size, None)
+        self._losses, self._aside = losses, aside
         self._summary = summary_of(file)
-        self._channels = Channels(wanted)
+        self._channels = Channels(wanted, every=aside is not None)
         for record in self._summary.declarations:
             with suppress(DamageError):  # the messages' part of the file declares it again
                 self._channels.declare(record.opcode, file.read(record.start, record.stop))
@@ -183,67 +211,72 @@ class _Scan:
             return None
         following = self._summary.chunk_after(fault.offset)
         stop = self._summary.start if following is None else following
-        self._lose(fault.offset, str(fault), stop - fault.offset)
+        self._lose(fault.offset, str(fault), stop - fault.offset, self._losses)
         return following
 
     def _finish(self) -> None:
         self._losses.cut += self._file.is_cut
-        for topic, stated, found in self._channels.counted(self._summary.counts.items()):
-            if found < stated:
-                self._losses.messages += stated - found
-                if not self._losses.places:
-                    self._lose(0, f"{found} messages of {topic}, of which it counts {stated}", 0)
+        for topic, wanted, stated, found in self._channels.counted(self._summary.counts.items()):
+            losses = self._losses if wanted else self._aside
+            if losses is None or found >= stated:
+                continue
+            losses.messages += stated - found
+            if not losses.places:
+                counted = f"{found} messages of {topic}, of which it counts {stated}"
+                self._lose(0, counted, 0, losses)
 
     def _record(self, record: Record) -> Iterator[RawMessage]:
         size = record.stop - record.start
         if record.opcode == Opcode.CHUNK:
             yield from self._chunk(record)
         elif record.opcode == Opcode.MESSAGE or record.opcode in DECLARATIONS:
-            message = self._entry(self._file, record, None)
+            message = self._entry(self._content, record, self._losses)
             if message is not None:
                 yield message
         elif record.opcode in _SUSPICIOUS:
             found = f"a record with opcode {record.opcode} and {size} bytes"
-            self._lose(record.offset, found, record.stop - record.offset)
+            self._lose(record.offset, found, record.stop - record.offset, self._losses)
 
     def _chunk(self, chunk: Record) -> Iterator[RawMessage]:
         """Yield the messages in a chunk; what is behind a broken record in it is lost."""
         ids = self._summary.channels_in(chunk)
-        if self._may_skip and self._channels.none_wanted(ids):
+        passed = self._may_skip and self._channels.none_wanted(ids)
+        losses = self._aside if passed else self._losses
+        if losses is None:
             return
         left = chunk.stop - chunk.offset
         try:
             content = content_of(self._file, chunk)
             left = content.stop - content.start
             for record in content.entries():
-                message = self._entry(content.source, record, content.packed)
+                message = self._entry(content, record, losses)
                 if message is not None:
                     yield message
                 left = content.stop - record.stop
         except DamageError as fault:
-            self._lose(chunk.offset, str(fault), left)
+            self._lose(chunk.offset, str(fault), left, losses)
 
-    def _entry(self, source: Source, record: Record, packed: int | None) -> RawMessage | None:
+    def _entry(self, content: Content, record: Record, losses: Losses) -> RawMessage | None:
         """Return a message that is wanted; take in a declaration; count what is neither."""
         try:
-            if record.opcode == Opcode.MESSAGE:
-                return self._message(source, record, packed)
-            self._channels.declare(record.opcode, source.read(record.start, record.stop))
+            if record.opcode == _MESSAGE:
+                return self._message(content, record)
+            declared = content.source.read(record.start, record.stop)
+            self._channels.declare(record.opcode, declared)
         except DamageError as fault:
-            offset = record.offset if packed is None else packed
-            self._lose(offset, str(fault), record.stop - record.offset)
+            offset = record.offset if content.packed is None else content.packed
+            self._lose(offset, str(fault), record.stop - record.offset, losses)
         return None
 
-    def _message(self, source: Source, record: Record, packed: int | None) -> RawMessage | None:
+    def _message(self, content: Content, record: Record) -> RawMessage | None:
         start = record.start + _MESSAGE_HEAD.size
         if start > record.stop:
             raise DamageError(f"a message of {record.stop - record.start} bytes")
-        channel_id, _, log_time, _ = _MESSAGE_HEAD.unpack(source.read(record.start, start))
+        channel_id, _, log_time, _ = content.source.unpack(_MESSAGE_HEAD, record.start)
         channel = self._channels.of_message(channel_id)
         if channel is None:
             return None
-        position = Position(self._file.path, packed, start, record.stop)
-        return RawMessage(channel, log_time, position, source)
+        return RawMessage(channel, log_time, content, start, record.stop)
 
-    def _lose(self, offset: int, found: str, size: int) -> None:
-        self._losses.add(f"{self._file.path}, byte {offset}", found, size)
+    def _lose(self, offset: int, found: str, size: int, losses: Losses) -> None:
+        losses.add(f"{self._file.path}, byte {offset}", found, size)

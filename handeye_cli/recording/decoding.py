@@ -16,7 +16,7 @@ from handeye_cli.errors import InputError
 from handeye_cli.recording import message_table
 from handeye_cli.recording.container import Channel
 from handeye_cli.recording.in_order import Place, Trace
-from handeye_cli.recording.layout import Layout, Record, parse
+from handeye_cli.recording.layout import Layout, Values, parse
 from handeye_cli.recording.messages import Header, Message, Role
 
 MAX_MESSAGE_BYTES = 2**28
@@ -121,7 +121,7 @@ def _places(channel: Channel, data: bytes) -> tuple[Place, ...]:
 
 
 @lru_cache(maxsize=64)
-def _tracing(channel: Channel) -> Callable[..., Record]:
+def _tracing(channel: Channel) -> Callable[..., Values]:
     return _generic(channel, _schema(channel)[1])
 
 
@@ -133,9 +133,9 @@ def _schema(channel: Channel) -> tuple[ModuleType, Layout]:
     return module, parse(module.DEFINITION, getattr(module, "NUMBERS", {}))
 
 
-def _generic(channel: Channel, layout: Layout) -> Callable[[bytes], Record]:
+def _generic(channel: Channel, layout: Layout) -> Callable[[bytes], Values]:
     encoding = import_module(message_table.ENCODINGS[channel.message_encoding])
-    decode: Callable[[bytes], Record] = encoding.decoder(layout)
+    decode: Callable[[bytes], Values] = encoding.decoder(layout)
     return decode
 
 

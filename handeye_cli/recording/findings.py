@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.records import Finding
+from handeye_cli.wording import first_few
 
 _LISTED = 5
 """At most this many files are named."""
@@ -33,6 +34,18 @@ def damaged(places: int, lost_bytes: int, lost_messages: int, first: str) -> Fin
     )
 
 
+def damaged_aside(places: int, first: str) -> Finding:
+    """Parts of a file are damaged that nothing is read from."""
+    where = "1 place" if places == 1 else f"{places} places"
+    return Finding(
+        "recording-damaged",
+        "info",
+        f"the recording is damaged in {where} with nothing but topics that are not read, so no"
+        f" answer is touched; the first is at {first}",
+        "copy the file again if you need those topics",
+    )
+
+
 def messages_unreadable(topic: str, count: int, total: int, first: str) -> Finding:
     """Some messages of a topic are not what their schema says."""
     return Finding(
@@ -45,13 +58,13 @@ def messages_unreadable(topic: str, count: int, total: int, first: str) -> Findi
 
 def files(names: list[str]) -> Finding:
     """A recording has several files."""
-    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+    listed = first_few(names, _LISTED)
     return Finding("recording-files", "info", f"{len(names)} files in this order: {listed}")
 
 
 def files_missing(names: list[str]) -> Finding:
     """Files that belong to a recording are not there."""
-    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
+    listed = first_few(names, _LISTED)
     return Finding(
         "recording-files-missing",
         "warning",
@@ -91,14 +104,15 @@ def camera_info_missing(image_topic: str) -> Finding:
     )
 
 
-def camera_uncalibrated(topic: str) -> Finding:
-    """The intrinsics say that there are none."""
-    return Finding(
-        "camera-uncalibrated",
-        "warning",
-        f"{topic} says that the camera is not calibrated (its focal length is 0)",
-        "calibrate the camera before recording, or give intrinsics of your own",
-    )
+def camera_uncalibrated(topic: str, *, rectified: bool) -> Finding:
+    """The intrinsics say that there are none, or none for rectified images."""
+    if rectified:
+        found = "does not say how the images are rectified (the focal length in its P is 0)"
+        advice = "use the raw images with --image-topic, or give intrinsics of your own"
+    else:
+        found = "says that the camera is not calibrated (its focal length is 0)"
+        advice = "calibrate the camera before recording, or give intrinsics of your own"
+    return Finding("camera-uncalibrated", "warning", f"{topic} {found}", advice)
 
 
 def camera_info_changes(topic: str, count: int) -> Finding:

@@ -10,6 +10,7 @@ import numpy as np
 from handeye_cli.errors import InputError
 from handeye_cli.recording import survey
 from handeye_cli.recording.clock import Clock
+from handeye_cli.recording.several_files import Paths
 from handeye_cli.recording.transforms import Chain, Samples, TransformTree
 from handeye_cli.records import FloatArray
 
@@ -17,11 +18,11 @@ _ANY_TIME = np.zeros(1, dtype=np.int64)
 """A static transform holds at all times."""
 
 
-def read(path: str, parent: str, child: str, flags: tuple[str, str]) -> FloatArray:
+def read(path: Paths, parent: str, child: str, flags: tuple[str, str]) -> FloatArray:
     """Return the (4, 4) `parent_T_child` of two frames of a recording.
 
     Args:
-        path: An MCAP file, or the folder of a recording in several files.
+        path: An MCAP file, the folder of a recording in several files, or these files.
         parent: Name of the frame the pose is in.
         child: Name of the frame it is of.
         flags: The flags that named the two, for error messages.

@@ -1,4 +1,4 @@
-"""The frames of one pause as the image of a station."""
+"""The frames of one station as its image: those of a pause, or a single one taken in motion."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from handeye_cli.errors import InputError
 from handeye_cli.recording import container, pixels
 from handeye_cli.recording.decoding import ChannelDecoder
+from handeye_cli.recording.layout import seconds_and_rest
 from handeye_cli.recording.messages import CompressedImageMessage, ImageMessage
 from handeye_cli.records import GreyImage, IntArray
 
@@ -17,7 +18,7 @@ FRAMES_PER_PAUSE = 5
 
 
 @dataclass(frozen=True)
-class PausedFrames:
+class StationFrames:
     """The mean of some frames of one topic, read from their file only when it is looked at.
 
     Attributes:
@@ -35,7 +36,7 @@ class PausedFrames:
     @property
     def label(self) -> str:
         """Name for people: file, topic and time in seconds."""
-        seconds, nanoseconds = divmod(self.time_ns, 1_000_000_000)
+        seconds, nanoseconds = seconds_and_rest(self.time_ns)
         return f"{self.name}, {self.decoder.channel.topic} at {seconds}.{nanoseconds:09d} s"
 
     def load(self) -> GreyImage:

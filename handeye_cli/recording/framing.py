@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import IO, NamedTuple, Protocol
+from typing import IO, Any, NamedTuple, Protocol
 
 import zstandard
 from mcap.data_stream import ReadDataStream
@@ -69,6 +69,13 @@ class Source(Protocol):
             DamageError: They end before that.
         """
 
+    def unpack(self, form: struct.Struct, start: int) -> tuple[Any, ...]:
+        """Return what is packed in some form at an offset.
+
+        Raises:
+            DamageError: The bytes end before it does.
+        """
+
 
 class Held:
     """The content of a chunk in memory.
@@ -86,8 +93,18 @@ class Held:
         """Return the bytes between two offsets; see `Source`."""
         start, stop = start - self._start, stop - self._start
         if stop > len(self._data):
-            raise DamageError(f"{len(self._data)} bytes where at least {stop} are expected")
+            raise self._too_short(stop)
         return self._data[start:stop]
+
+    def unpack(self, form: struct.Struct, start: int) -> tuple[Any, ...]:
+        """Return what is packed at an offset; see `Source`."""
+        start -= self._start
+        if start + form.size > len(self._data):
+            raise self._too_short(start + form.size)
+        return form.unpack_from(self._data, start)
+
+    def _too_short(self, needed: int) -> DamageError:
+        return DamageError(f"{len(self._data)} bytes where at least {needed} are expected")
 
 
 class FileBytes:
@@ -115,6 +132,10 @@ class FileBytes:
         if len(data) < stop - start:
             raise DamageError("a file that became shorter while it was read")
         return data
+
+    def unpack(self, form: struct.Struct, start: int) -> tuple[Any, ...]:
+        """Return what is packed at an offset; see `Source`."""
+        return form.unpack(self.read(start, start + form.size))
 
     @property
     def is_cut(self) -> bool:
@@ -153,7 +174,7 @@ def records(source: Source, start: int, stop: int) -> Iterator[Record]:
         if content > stop:
             raise DamageError(f"{stop - start} bytes at the end, too few for a record", start)
         try:
-            opcode, length = RECORD_HEAD.unpack(source.read(start, content))
+            opcode, length = source.unpack(RECORD_HEAD, start)
         except DamageError as fault:
             raise DamageError(str(fault), start) from fault
         if opcode == 0 or length > stop - content:

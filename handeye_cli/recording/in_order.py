@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from handeye_cli.recording.layout import MANY, Field, Kind, Layout, Record, nanoseconds, require_few
+from handeye_cli.recording.layout import MANY, Field, Kind, Layout, Values, nanoseconds, require_few
 
 _CODES = {Kind.BOOL: "?", Kind.UINT8: "B", Kind.UINT32: "I", Kind.FLOAT64: "d"}
 """Numbers by their codes in `struct`."""
@@ -127,7 +127,7 @@ class Trace(Cursor):
 Reader = Callable[[Cursor], Any]
 
 
-def reader(layout: Layout, form: Form) -> Callable[[Cursor], Record]:
+def reader(layout: Layout, form: Form) -> Callable[[Cursor], Values]:
     """Return the function that reads a message of some layout where a cursor stands.
 
     The function raises struct.error or ValueError when the payload is too short or no such message.
@@ -148,7 +148,7 @@ class _Readers:
         self._time = struct.Struct(f"{form.order}{form.seconds}I")
         self._of_length = min(self._length.size, form.widest)
 
-    def of_message(self, layout: Layout) -> Callable[[Cursor], Record]:
+    def of_message(self, layout: Layout) -> Callable[[Cursor], Values]:
         names = tuple(field.name for field in layout.fields)
         if {(field.kind, field.count) for field in layout.fields} == {(Kind.FLOAT64, 1)}:
             # points and quaternions, of which a recording may have millions

@@ -17,7 +17,7 @@ _ALIASES = {"kannala_brandt": "equidistant"}
 _RECTIFIED = "image_rect"
 
 
-def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
+def camera_of(info: CameraInfoMessage, image_topic: str, where: str) -> Camera | None:
     """Return the camera of the images of a topic, or None when it is not calibrated.
 
     K and P hold for the full image; a region moves the principal point, and binning averages
@@ -27,18 +27,19 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
     Args:
         info: The intrinsics.
         image_topic: Topic of the images.
+        where: File and topic of the intrinsics, for people.
 
     Raises:
         InputError: The distortion model is not known or has a wrong number of coefficients; or
             the numbers are those of no camera.
     """
-    rectified = camera_parts(image_topic)[-1].startswith(_RECTIFIED)
+    rectified = is_rectified(image_topic)
     matrix = info.p if rectified else info.k
     stride = 4 if rectified else 3
     if matrix[0] == 0.0:
         return None
-    model, distortion = ("plumb_bob", ()) if rectified else _distortion(info)
-    _require_plausible(info, (matrix[0], matrix[stride + 1], matrix[2], matrix[stride + 2]))
+    model, distortion = ("plumb_bob", ()) if rectified else _distortion(info, where)
+    _require_plausible(where, info, (matrix[0], matrix[stride + 1], matrix[2], matrix[stride + 2]))
     x, y, width, height = info.roi
     bin_x, bin_y = max(info.binning_x, 1), max(info.binning_y, 1)
     return Camera(
@@ -53,36 +54,43 @@ def camera_of(info: CameraInfoMessage, image_topic: str) -> Camera | None:
     )
 
 
-def _require_plausible(info: CameraInfoMessage, numbers: tuple[float, ...]) -> None:
+def is_rectified(image_topic: str) -> bool:
+    """Return whether the images of a topic are rectified, by its name."""
+    return camera_parts(image_topic)[-1].startswith(_RECTIFIED)
+
+
+def _require_plausible(where: str, info: CameraInfoMessage, numbers: tuple[float, ...]) -> None:
     if not ((np.abs([*numbers, *info.d]) <= LARGEST).all() and min(numbers[:2]) > 0.0):
         found = ", ".join(f"{number:g}" for number in (*numbers, *info.d))
         raise InputError(
             "expected finite intrinsics with positive focal lengths,"
             f" found fx, fy, cx, cy and distortion {found}",
-            where="CameraInfo",
+            where=where,
             hint="calibrate the camera before recording, or give intrinsics of your own",
         )
     if not (info.width and info.height):
         raise InputError(
             f"expected the size of the camera's image, found {info.width} x {info.height}",
-            where="CameraInfo",
+            where=where,
             hint="calibrate the camera before recording, or give intrinsics of your own",
         )
 
 
-def _distortion(info: CameraInfoMessage) -> tuple[str, tuple[float, ...]]:
+def _distortion(info: CameraInfoMessage, where: str) -> tuple[str, tuple[float, ...]]:
     name = info.distortion_model or ("plumb_bob" if not any(info.d) else "")
     model = _ALIASES.get(name, name)
     if model not in _COEFFICIENTS:
         known = ", ".join((*_COEFFICIENTS, *_ALIASES))
         raise InputError(
             f"expected a distortion model out of {known}, found {model!r}",
-            where="CameraInfo",
+            where=where,
             hint="choose another topic with --camera-info-topic, or rectified images",
         )
     if len(info.d) not in _COEFFICIENTS[model]:
         counts = " or ".join(map(str, _COEFFICIENTS[model]))
         raise InputError(
-            f"expected {counts} coefficients of {model}, found {len(info.d)}", where="CameraInfo"
+            f"expected {counts} coefficients of {model}, found {len(info.d)}",
+            where=where,
+            hint="choose another topic with --camera-info-topic, or rectified images",
         )
     return model, tuple(info.d)

@@ -9,21 +9,28 @@ import reprlib
 from collections.abc import Callable
 from typing import Any
 
-from handeye_cli.recording.layout import MANY, Field, Kind, Layout, Record, nanoseconds, require_few
+from handeye_cli.recording.layout import (
+    MANY,
+    SECOND_NS,
+    Field,
+    Kind,
+    Layout,
+    Values,
+    nanoseconds,
+    require_few,
+)
 
 MAX_BYTES = 2**26
 """A longer text is refused: parsed, it may take twenty times as much."""
 
-_SECOND = 1_000_000_000
 
-
-def decoder(layout: Layout) -> Callable[[bytes], Record]:
+def decoder(layout: Layout) -> Callable[[bytes], Values]:
     """Return the function that decodes payloads of some layout.
 
     It raises ValueError or RecursionError for a payload that is none.
     """
 
-    def decode(data: bytes) -> Record:
+    def decode(data: bytes) -> Values:
         if len(data) > MAX_BYTES:
             raise ValueError(f"JSON of {len(data)} bytes, more than {MAX_BYTES}")
         return _record(layout, json.loads(data), "")
@@ -31,7 +38,7 @@ def decoder(layout: Layout) -> Callable[[bytes], Record]:
     return decode
 
 
-def _record(layout: Layout, value: Any, path: str) -> Record:
+def _record(layout: Layout, value: Any, path: str) -> Values:
     members = _of(dict, value, path, "an object")
     return {
         field.name: _value(field, members.get(field.name), f"{path}{field.name}")
@@ -78,7 +85,7 @@ def _time(value: Any, path: str) -> int:
         return 0
     parts = _of(dict, value, path, "an object with sec and nsec")
     seconds = _integer(parts.get("sec"), f"{path}.sec", 2**63)
-    return nanoseconds(seconds, _integer(parts.get("nsec"), f"{path}.nsec", _SECOND))
+    return nanoseconds(seconds, _integer(parts.get("nsec"), f"{path}.nsec", SECOND_NS))
 
 
 def _integer(value: Any, path: str, end: int) -> int:

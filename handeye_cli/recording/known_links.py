@@ -66,7 +66,10 @@ class KnownLinks:
             log_time_ns: When it was recorded.
             data: A payload.
         """
-        return any(each.add(log_time_ns, data) for each in self._known.get(len(data), ()))
+        for each in self._known.get(len(data), ()):  # noqa: SIM110  a generator takes as long again
+            if each.add(log_time_ns, data):
+                return True
+        return False
 
     def has_room_for(self, data: bytes) -> bool:
         """Return whether there is room for one more payload, and it is not too long."""

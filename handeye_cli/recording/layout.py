@@ -18,9 +18,10 @@ takes a hundred times as many."""
 LARGEST = 1e30
 """Far beyond any length or pixel, and small enough that no sum of products overflows."""
 
-Record = dict[str, Any]
+Values = dict[str, Any]
 """A decoded message: values by the names of its fields, those of nested messages likewise."""
 
+SECOND_NS = 1_000_000_000
 _INT64 = 2**63
 
 
@@ -40,7 +41,7 @@ class Field:
     """One field.
 
     Attributes:
-        name: Its name; the key of its value in a `Record`, and in JSON.
+        name: Its name; the key of its value in `Values`, and in JSON.
         kind: Its type.
         count: 1, the length of an array, or MANY.
         number: Its number in protobuf.
@@ -97,10 +98,15 @@ def nanoseconds(seconds: int, rest: int) -> int:
     Raises:
         ValueError: It is centuries away.
     """
-    time = seconds * 1_000_000_000 + rest
+    time = seconds * SECOND_NS + rest
     if not -_INT64 <= time < _INT64:
         raise ValueError(f"a time of {seconds} s")
     return time
+
+
+def seconds_and_rest(time_ns: int) -> tuple[int, int]:
+    """Return the whole seconds of a time in nanoseconds, rounded down, and the nanoseconds left."""
+    return divmod(time_ns, SECOND_NS)
 
 
 def require_few(count: int) -> int:

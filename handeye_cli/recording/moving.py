@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry import rotations
-from handeye_cli.recording.frames import PausedFrames, evenly
+from handeye_cli.recording.frames import StationFrames, evenly
 from handeye_cli.recording.options import McapOptions
 from handeye_cli.recording.survey import ImageFrames
 from handeye_cli.recording.timeline import RobotPath, Timeline
@@ -90,9 +90,9 @@ def _pauses(line: Timeline) -> bool:
     return line.stations >= _FEWEST_PAUSES or resting >= _RESTLESS * line.robot.seconds
 
 
-def _image(name: str, frames: ImageFrames, line: Timeline, index: int) -> PausedFrames:
+def _image(name: str, frames: ImageFrames, line: Timeline, index: int) -> StationFrames:
     position, time = frames.positions[index], int(line.image_times_ns[index])
-    return PausedFrames(name, frames.decoder, (position,), time)
+    return StationFrames(name, frames.decoder, (position,), time)
 
 
 def _steps(poses: FloatArray) -> FloatArray:

@@ -11,7 +11,16 @@ import struct
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from handeye_cli.recording.layout import MANY, Field, Kind, Layout, Record, nanoseconds, require_few
+from handeye_cli.recording.layout import (
+    MANY,
+    Field,
+    Kind,
+    Layout,
+    Values,
+    nanoseconds,
+    require_few,
+    seconds_and_rest,
+)
 
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 _SIZES = {_FIXED64: 8, _FIXED32: 4}
@@ -19,18 +28,18 @@ _LONGEST_VARINT = 10
 _UINT64 = 2**64
 _DOUBLE, _UINT32 = struct.Struct("<d"), struct.Struct("<I")
 
-Put = Callable[[Record, bytes, int, int], None]
+Put = Callable[[Values, bytes, int, int], None]
 """Sets a field of a record, or lengthens its sequence, by a stretch of a payload."""
 
 
-def decoder(layout: Layout) -> Callable[[bytes], Record]:
+def decoder(layout: Layout) -> Callable[[bytes], Values]:
     """Return the function that decodes payloads of some layout.
 
     It raises struct.error or ValueError for a payload that is none.
     """
     message = _Message(layout)
 
-    def decode(data: bytes) -> Record:
+    def decode(data: bytes) -> Values:
         record = message.empty()
         message.read_into(record, data, 0, len(data))
         return record
@@ -57,11 +66,11 @@ class _Message:
             field.number: (field.name, _wires(field), self._put(field)) for field in layout.fields
         }
 
-    def empty(self) -> Record:
+    def empty(self) -> Values:
         """Return the message without any field."""
         return {field.name: self._default(field) for field in self._fields}
 
-    def read_into(self, record: Record, data: bytes, start: int, stop: int) -> None:
+    def read_into(self, record: Values, data: bytes, start: int, stop: int) -> None:
         """Set the fields of a record, or lengthen its sequences, by a stretch of a payload."""
         for number, wire, begin, end in _values(data, start, stop):
             if number in self._puts:
@@ -106,7 +115,7 @@ def _put_part(field: Field, part: _Message) -> Put:
 
 
 def _put_parts(name: str, part: _Message) -> Put:
-    def put(record: Record, data: bytes, start: int, stop: int) -> None:
+    def put(record: Values, data: bytes, start: int, stop: int) -> None:
         new = part.empty()
         part.read_into(new, data, start, stop)
         record[name].append(new)
@@ -118,7 +127,7 @@ def _put_parts(name: str, part: _Message) -> Put:
 def _put_floats(name: str) -> Put:
     """One of several numbers, or many at once."""
 
-    def put(record: Record, data: bytes, start: int, stop: int) -> None:
+    def put(record: Values, data: bytes, start: int, stop: int) -> None:
         count, rest = divmod(stop - start, _DOUBLE.size)
         if rest:
             raise ValueError(f"{stop - start} bytes of numbers of {name!r}")
@@ -131,8 +140,8 @@ def _put_floats(name: str) -> Put:
 def _put_time(name: str) -> Put:
     """A `google.protobuf.Timestamp`; one that comes twice is joined."""
 
-    def put(record: Record, data: bytes, start: int, stop: int) -> None:
-        parts = dict(enumerate(divmod(record[name], 1_000_000_000), start=1))
+    def put(record: Values, data: bytes, start: int, stop: int) -> None:
+        parts = dict(enumerate(seconds_and_rest(record[name]), start=1))
         for number, wire, begin, end in _values(data, start, stop):
             if number in parts and wire == _VARINT:
                 value = _varint(data, begin, end)[0]
@@ -145,13 +154,13 @@ def _put_time(name: str) -> Put:
 def _put_single(field: Field) -> Put:
     name = field.name
 
-    def put_number(record: Record, data: bytes, start: int, stop: int) -> None:
+    def put_number(record: Values, data: bytes, start: int, stop: int) -> None:
         (record[name],) = packed.unpack_from(data, start)
 
-    def put_bytes(record: Record, data: bytes, start: int, stop: int) -> None:
+    def put_bytes(record: Values, data: bytes, start: int, stop: int) -> None:
         record[name] = data[start:stop]
 
-    def put_text(record: Record, data: bytes, start: int, stop: int) -> None:
+    def put_text(record: Values, data: bytes, start: int, stop: int) -> None:
         record[name] = data[start:stop].decode("utf-8")
 
     packed = _DOUBLE if field.kind is Kind.FLOAT64 else _UINT32
@@ -193,7 +202,7 @@ def _varint(data: bytes, at: int, stop: int) -> tuple[int, int]:
     raise ValueError("a varint without an end")
 
 
-def _require_whole(record: Record, field: Field) -> None:
+def _require_whole(record: Values, field: Field) -> None:
     """Check the length of an array; protobuf leaves out one that was never set."""
     found = len(record[field.name])
     if not found:

@@ -6,20 +6,20 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from handeye_cli.recording.in_order import Cursor, Form, reader
-from handeye_cli.recording.layout import Field, Kind, Layout, Record
+from handeye_cli.recording.layout import Field, Kind, Layout, Values
 
 _FORM = Form("<", widest=1, seconds="I", zero_ended=False)
 _HEADER = "std_msgs/Header"
 
 
-def decoder(layout: Layout) -> Callable[[bytes], Record]:
+def decoder(layout: Layout) -> Callable[[bytes], Values]:
     """Return the function that decodes payloads of some layout.
 
     It raises struct.error or ValueError for a payload that is none.
     """
     read = reader(_counted(layout), _FORM)
 
-    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Record:
+    def decode(data: bytes, cursor: Callable[[bytes, int], Cursor] = Cursor) -> Values:
         return read(cursor(data, 0))
 
     return decode

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 
+from handeye_cli.conventions import MM
 from handeye_cli.errors import InputError, UsageError, did_you_mean
-from handeye_cli.recording import message_table, pixels
+from handeye_cli.recording import conflicts, message_table, pixels
 from handeye_cli.recording.container import Channel
 from handeye_cli.recording.messages import Role
 from handeye_cli.recording.options import McapOptions
@@ -29,8 +31,9 @@ class AmbiguousError(InputError):
 
     def __init__(self, what: str, choices: tuple[str, ...], flag: str) -> None:
         listed = ", ".join(choices) or "none"
+        example = f", as with {shlex.join([flag, choices[0]])}" if choices else f" with {flag}"
         super().__init__(
-            f"expected one {what}, found {len(choices)}: {listed}", hint=f"choose one with {flag}"
+            f"expected one {what}, found {len(choices)}: {listed}", hint=f"choose one{example}"
         )
         self.choices = choices
         self.flag = flag
@@ -115,7 +118,7 @@ def robot_chain(survey: Survey, camera_frame: str, options: McapOptions) -> Chai
     tree = TransformTree(survey.links)
     dynamic = any(not link.static for link in survey.links)
     if options.pose_topic is not None or (survey.poses and not dynamic and not asked_frames):
-        return _pose_chain(survey, options.pose_topic)
+        return _believed(_pose_chain(survey, options.pose_topic))
     if not dynamic:
         _require_read(survey, Role.POSE, [], None)
         raise _missing(
@@ -124,7 +127,27 @@ def robot_chain(survey: Survey, camera_frame: str, options: McapOptions) -> Chai
             "record /tf and /tf_static, a geometry_msgs/msg/PoseStamped of the gripper, or"
             " /joint_states and /robot_description",
         )
-    return _frame_chain(tree, camera_frame, options)
+    return _believed(_frame_chain(tree, camera_frame, options))
+
+
+def _believed(chain: Chain) -> Chain:
+    """Return a chain of links none of which is at two places at a time.
+
+    Raises:
+        InputError: One is.
+    """
+    for link in chain.dynamic:
+        count, far = conflicts.jumps(link)
+        if count:
+            raise InputError(
+                f"expected one pose of {link.child!r} in {link.parent!r} at a time, found that it"
+                f" jumps to and fro {count} times among {len(link.numbers)} poses, typically by"
+                f" {far / MM:.1f} mm",
+                hint="two nodes tell it, or the clock was set back: `ros2 topic info -v /tf` lists"
+                " the nodes; stop one of them, or choose frames that only one tells with"
+                " --base-frame and --gripper-frame",
+            )
+    return chain
 
 
 def _pose_chain(survey: Survey, wanted: str | None) -> Chain:
@@ -211,7 +234,7 @@ def _require_read(survey: Survey, role: Role, topics: Sequence[str], wanted: str
 
 
 def _missing(what: str, survey: Survey, hint: str) -> InputError:
-    names = [_describe(channel) for channel in survey.channels]
+    names = [_describe(channel, silent=survey.is_silent(channel)) for channel in survey.channels]
     listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
     cut = ", and its end is cut off" if survey.cut else ""
     return InputError(
@@ -221,5 +244,6 @@ def _missing(what: str, survey: Survey, hint: str) -> InputError:
     )
 
 
-def _describe(channel: Channel) -> str:
-    return f"{channel.topic} ({channel.schema_name or 'no schema'} as {channel.message_encoding})"
+def _describe(channel: Channel, *, silent: bool = False) -> str:
+    form = f"{channel.schema_name or 'no schema'} as {channel.message_encoding}"
+    return f"{channel.topic} ({form}{', without a message' if silent else ''})"

@@ -13,6 +13,7 @@ from handeye_cli.errors import UsageError
 from handeye_cli.recording import bag_folder, container, findings
 from handeye_cli.recording.bag_folder import BagFiles
 from handeye_cli.recording.losses import Losses
+from handeye_cli.wording import first_few
 
 Paths = str | tuple[str, ...]
 """A file or a folder, or several of them that are read as one recording."""
@@ -20,10 +21,7 @@ Paths = str | tuple[str, ...]
 
 def name_of(paths: Paths) -> str:
     """Return what a recording is called in messages."""
-    if isinstance(paths, str):
-        return paths
-    first, *others = paths
-    return f"{first} and {len(others)} more" if others else first
+    return paths if isinstance(paths, str) else first_few(paths, 1)
 
 
 def files_of(paths: Paths) -> BagFiles:

@@ -14,8 +14,8 @@ from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
 from handeye_cli.recording import container, findings, selection, several_files, survey
-from handeye_cli.recording.frames import FRAMES_PER_PAUSE, PausedFrames, evenly
-from handeye_cli.recording.intrinsics import camera_of
+from handeye_cli.recording.frames import FRAMES_PER_PAUSE, StationFrames, evenly
+from handeye_cli.recording.intrinsics import camera_of, is_rectified
 from handeye_cli.recording.moving import FEWEST_FRAMES, moving_frames
 from handeye_cli.recording.options import McapOptions
 from handeye_cli.recording.several_files import Paths
@@ -104,10 +104,11 @@ def _robot_frames(content: Survey, frames: ImageFrames, chain: Chain) -> RobotFr
 
 @contextmanager
 def _with_damage_named(content: Survey) -> Iterator[None]:
-    """Add to what is missing in a recording that parts of it cannot be read."""
+    """Name the file, and add to what is missing in it that parts of it cannot be read."""
     try:
         yield
     except InputError as error:
+        error.where = error.where or content.path
         if content.losses.places:
             error.message += f"; it is damaged: {content.losses.first}"
         for topic, bad in content.unreadable.items():
@@ -130,8 +131,9 @@ def camera_for(
     if topic is None:
         return None, [findings.camera_info_missing(frames.topic)]
     infos = content.camera_infos[topic]
-    camera = camera_of(infos[0], frames.topic)
-    found = [] if camera else [findings.camera_uncalibrated(topic)]
+    camera = camera_of(infos[0], frames.topic, f"{content.path}, {topic}")
+    rectified = is_rectified(frames.topic)
+    found = [] if camera else [findings.camera_uncalibrated(topic, rectified=rectified)]
     if len(infos) > 1:
         found.append(findings.camera_info_changes(topic, len(infos)))
     return camera, found
@@ -161,10 +163,10 @@ def _mean_pose(robot: RobotPath, pause: IntArray) -> FloatArray:
     return se3.mean(robot.poses[first:last])
 
 
-def _image(path: str, frames: ImageFrames, image_times: IntArray, group: IntArray) -> PausedFrames:
+def _image(path: str, frames: ImageFrames, image_times: IntArray, group: IntArray) -> StationFrames:
     chosen = evenly(group[np.argsort(image_times[group], kind="stable")], FRAMES_PER_PAUSE)
     positions = tuple(frames.positions[index] for index in chosen)
-    return PausedFrames(path, frames.decoder, positions, int(image_times[chosen[0]]))
+    return StationFrames(path, frames.decoder, positions, int(image_times[chosen[0]]))
 
 
 def require_stations(path: str, line: Timeline, moving: MovingFrames | None) -> None:
@@ -177,12 +179,16 @@ def require_stations(path: str, line: Timeline, moving: MovingFrames | None) -> 
         return
     pauses = len(line.pauses)
     found = f"{pauses} pauses without one" if pauses else "no pause"
+    few = moving is None
+    along = f"fewer than {FEWEST_FRAMES}" if moving is None else f"{len(moving.frames)}"
     raise InputError(
         f"expected pauses of the robot with images, found {found} in {line.robot.seconds:.1f} s of"
-        f" poses, and fewer than {FEWEST_FRAMES} frames along its way",
+        f" poses, and {along} frames along its way",
         where=path,
-        hint="let the robot stand still for a second at every station, or move on for longer; if it"
-        " did, check the frames, and the clocks with --time-offset",
+        hint=("" if few else "take the frames along its way with --moving; or ")
+        + "let the robot stand still for a second at every station"
+        + (", or move on for longer" if few else "")
+        + "; if it did, check the frames, and the clocks with --time-offset",
     )
 
 
@@ -194,6 +200,8 @@ def file_findings(content: Survey) -> list[Finding]:
     if losses.places:
         lost = losses.places, losses.bytes, losses.messages
         found.append(findings.damaged(*lost, first=losses.first))
+    if content.aside.places:
+        found.append(findings.damaged_aside(content.aside.places, content.aside.first))
     for topic, bad in content.unreadable.items():
         found.append(findings.messages_unreadable(topic, bad.count, bad.total, str(bad.first)))
     if content.dropped:

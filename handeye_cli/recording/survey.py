@@ -6,6 +6,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -81,7 +82,8 @@ class Survey:
     Attributes:
         path: What it is called in messages: its file or folder, or the first of several.
         files: Its files.
-        losses: What of it is missing or damaged.
+        losses: What of it is missing or damaged, as far as it may have been of use.
+        aside: What is damaged of messages that are of no use, where these were read too.
         unreadable: Messages that cannot be decoded, by topic.
         channels: All channels, also those that cannot be read.
         images: By topic.
@@ -90,11 +92,13 @@ class Survey:
         poses: Cleaned stamped poses by topic, whose name stands for a frame without one.
         dropped: Number of transforms and poses that were not valid.
         computed: Number of links that follow from the robot's joints and its description.
+        heard: Those of the channels that have messages of use.
     """
 
     path: str
     files: BagFiles
     losses: Losses
+    aside: Losses
     unreadable: Mapping[str, Unreadable]
     channels: tuple[Channel, ...]
     images: Mapping[str, ImageFrames]
@@ -103,6 +107,11 @@ class Survey:
     poses: Mapping[str, tuple[transforms.Samples, ...]]
     dropped: int
     computed: int = 0
+    heard: frozenset[Channel] = frozenset()
+
+    def is_silent(self, channel: Channel) -> bool:
+        """Return whether messages of a channel would be of use, and there is none."""
+        return channel not in self.heard and decoder_for(channel) is not None
 
     @property
     def cut(self) -> bool:
@@ -120,10 +129,10 @@ def take(path: Paths, tell: Callable[[RawMessage], None] | None = None) -> Surve
     Raises:
         InputError: A file cannot be opened or is no MCAP file, or there is none in the folder.
     """
-    surveyor, losses = _Surveyor(every=tell is not None), Losses()
+    surveyor, losses, aside = _Surveyor(), Losses(), Losses()
     files = several_files.files_of(path)
     for file in files.paths:
-        for message in container.scan(file, surveyor.wants, losses):
+        for message in container.scan(file, surveyor.wants, losses, aside if tell else None):
             if tell is not None:
                 tell(message)
             surveyor.add(message)
@@ -138,7 +147,8 @@ def take(path: Paths, tell: Callable[[RawMessage], None] | None = None) -> Surve
         path=several_files.name_of(path),
         files=files,
         losses=losses,
-        unreadable=surveyor.unreadable,
+        aside=aside,
+        unreadable=surveyor.unreadable(),
         channels=tuple(surveyor.channels),
         images={topic: images.finished() for topic, images in surveyor.images.items()},
         camera_infos={topic: tuple(infos) for topic, infos in surveyor.camera_infos.items()},
@@ -146,6 +156,7 @@ def take(path: Paths, tell: Callable[[RawMessage], None] | None = None) -> Surve
         poses=poses,
         dropped=dropped,
         computed=computed,
+        heard=surveyor.heard(),
     )
 
 
@@ -172,11 +183,23 @@ class _ImageList:
         )
 
 
-class _Surveyor:
-    """Sorts messages by what they are good for; `every` asks for those without a use as well."""
+@dataclass
+class _Feed:
+    """What becomes of the messages of a channel that can be read.
 
-    def __init__(self, *, every: bool) -> None:
-        self._every = every
+    Attributes:
+        take: Takes in one of them.
+        count: How many there were.
+    """
+
+    take: Callable[[RawMessage], None]
+    count: int = 0
+
+
+class _Surveyor:
+    """Sorts messages by what they are good for."""
+
+    def __init__(self) -> None:
         self.channels: dict[Channel, None] = {}
         self.images: dict[str, _ImageList] = {}
         self.camera_infos: dict[str, dict[CameraInfoMessage, None]] = {}
@@ -184,39 +207,46 @@ class _Surveyor:
         self.poses: dict[str, dict[tuple[str, str], PoseList]] = {}
         self.joints = joint_states.JointRecord()
         self.robot: tuple[urdf.Joint, ...] = ()
-        self.unreadable: dict[str, Unreadable] = {}
-        self._totals: Counter[str] = Counter()
-        self._decoders: dict[Channel, tuple[ChannelDecoder, KnownLinks]] = {}
+        self._unreadable: dict[str, Unreadable] = {}
+        self._feeds: dict[Channel, _Feed] = {}
 
     def wants(self, channel: Channel) -> bool:
         """Take note of a channel; return whether its messages are of use."""
         self.channels[channel] = None
         decoder = decoder_for(channel)
-        if decoder is not None:
-            self._decoders[channel] = decoder, KnownLinks()
-        return decoder is not None or self._every
+        if decoder is not None and channel not in self._feeds:
+            self._feeds[channel] = _Feed(self._way(decoder))
+        return decoder is not None
 
     def add(self, message: RawMessage) -> None:
         """Take in a message if it is of use; count it if it should be and cannot be read."""
-        known = self._decoders.get(message.channel)
-        if known is None:
+        feed = self._feeds.get(message.channel)
+        if feed is None:
             return
-        topic = message.channel.topic
-        self._totals[topic] += 1
+        feed.count += 1
         try:
-            self._add(*known, message)
+            feed.take(message)
         except InputError as error:
-            self.unreadable.setdefault(topic, Unreadable(error)).count += 1
-        if topic in self.unreadable:
-            self.unreadable[topic].total = self._totals[topic]
+            self._unreadable.setdefault(message.channel.topic, Unreadable(error)).count += 1
 
-    def _add(self, decoder: ChannelDecoder, links: KnownLinks, message: RawMessage) -> None:
+    def unreadable(self) -> dict[str, Unreadable]:
+        """Return the messages that should be of use and cannot be read, by topic."""
+        totals: Counter[str] = Counter()
+        for channel, feed in self._feeds.items():
+            totals[channel.topic] += feed.count
+        return {t: replace(bad, total=totals[t]) for t, bad in self._unreadable.items()}
+
+    def heard(self) -> frozenset[Channel]:
+        """Return the channels with messages of use."""
+        return frozenset(channel for channel, feed in self._feeds.items() if feed.count)
+
+    def _way(self, decoder: ChannelDecoder) -> Callable[[RawMessage], None]:
+        """Return what takes in the messages of a channel."""
         if decoder.role is Role.IMAGE:
-            self._add_image(decoder, message)
-        elif decoder.role is Role.TRANSFORMS:
-            self._add_transforms(decoder, links, message)
-        else:
-            self._add_other(decoder, message)
+            return partial(self._add_image, decoder)
+        if decoder.role is Role.TRANSFORMS:
+            return partial(self._add_transforms, decoder, KnownLinks())
+        return partial(self._add_other, decoder)
 
     def _add_other(self, decoder: ChannelDecoder, message: RawMessage) -> None:
         content = decoder.decode(message.data)

@@ -20,13 +20,12 @@ from handeye_cli.recording.ros2_channels import PROFILE, STATIC_TOPIC, Ros2Chann
 
 FOXGLOVE_TOPIC = "/handeye/transforms"
 FOXGLOVE_SCHEMA = "foxglove.FrameTransforms"
-_SECOND = 1_000_000_000
 _TIME_SCHEMA: dict[str, Any] = {
     "type": "object",
     "title": "time",
     "properties": {
         "sec": {"type": "integer", "minimum": 0},
-        "nsec": {"type": "integer", "minimum": 0, "maximum": _SECOND - 1},
+        "nsec": {"type": "integer", "minimum": 0, "maximum": layout.SECOND_NS - 1},
     },
 }
 _KIND_SCHEMAS: dict[layout.Kind, dict[str, Any]] = {
@@ -92,7 +91,7 @@ def _field_schema(field: layout.Field) -> dict[str, Any]:
 
 
 def _as_json(transform: TransformStamped) -> dict[str, Any]:
-    seconds, nanoseconds = divmod(transform.header.stamp_ns, _SECOND)
+    seconds, nanoseconds = layout.seconds_and_rest(transform.header.stamp_ns)
     return {
         "timestamp": {"sec": seconds, "nsec": nanoseconds},
         "parent_frame_id": transform.header.frame_id,

@@ -57,10 +57,12 @@ class Samples:
     @property
     def moves(self) -> bool:
         """Whether the child really moves in the parent."""
-        poses = _poses(self.numbers)
-        way = se3.difference(poses, poses[:1])
-        far = np.linalg.norm(way[:, :3], axis=1) > _MOVING_TRANSLATION
-        return bool(np.any(far | (np.linalg.norm(way[:, 3:], axis=1) > _MOVING_ROTATION)))
+        ways = self.numbers[:, :3] - self.numbers[:1, :3]
+        if np.any(np.linalg.norm(ways, axis=1) > _MOVING_TRANSLATION):
+            return True
+        rotated = _poses(self.numbers)[:, :3, :3]
+        turns = rotations.angle(rotated @ rotated[0].T)
+        return bool(np.any(turns > _MOVING_ROTATION))
 
 
 def clean(samples: Samples) -> Samples:
@@ -103,7 +105,9 @@ def interpolate(samples: Samples, clock: Clock, times_ns: IntArray) -> tuple[Flo
     span = np.maximum(known_ns[after] - known_ns[before], 1)
     weight = np.clip((times_ns - known_ns[before]) / span, 0.0, 1.0)
     valid = (times_ns >= known_ns[0]) & (times_ns <= known_ns[-1])
-    return between(poses[before], poses[after], weight), valid
+    found, inside = poses[before], np.flatnonzero(weight)  # most times are those of samples
+    found[inside] = between(found[inside], poses[after[inside]], weight[inside])
+    return found, valid
 
 
 @dataclass(frozen=True)
@@ -243,7 +247,8 @@ class TransformTree:
         if len(parents) > 1:
             raise InputError(
                 f"expected one parent of the frame {child!r}, found {', '.join(sorted(parents))}",
-                hint="choose frames on one side of it with --base-frame and --gripper-frame",
+                hint="two nodes tell where it is: `ros2 topic info -v /tf` lists them; stop one of"
+                " them, or choose frames on one side of it with --base-frame and --gripper-frame",
             )
         return parents[self._parent[child]]
 

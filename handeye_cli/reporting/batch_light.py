@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from handeye_cli.gates import Limits
 from handeye_cli.records.batch import Batch, BatchRow, BatchStatus
 from handeye_cli.reporting.colour import Colour
+from handeye_cli.wording import first_few
 
 _COLOURS = {
     BatchStatus.FAILED: Colour.RED,
@@ -61,9 +62,7 @@ def reasons(lights: Sequence[RowLight], colour: Colour) -> Iterator[str]:
     of_colour = [each for each in lights if each.colour is colour]
     for reason in dict.fromkeys(each.reason for each in of_colour):
         names = [each.row.name for each in of_colour if each.reason == reason]
-        more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-        named = ", ".join(names[:_MOST_NAMES])
-        yield f"{reason}: {len(names)} of {len(lights)}: {named}{more}"
+        yield f"{reason}: {len(names)} of {len(lights)}: {first_few(names, _MOST_NAMES)}"
 
 
 def _row_light(row: BatchRow, limits: Limits) -> RowLight:

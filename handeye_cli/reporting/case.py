@@ -20,11 +20,11 @@ from handeye_cli.records import (
     Stations,
     Verification,
 )
+from handeye_cli.records.basics import GRAVITY
 from handeye_cli.records.batch import Batch
 from handeye_cli.records.recording_summary import RecordingSummary
 
 _MADE = "simulate recording"
-_GRAVITY = ("error", "warning", "info")
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Case:
             *(finding for each in late if each for finding in each.diagnosis),
         ]
         unique = {(each.code, each.message): each for each in found}
-        return tuple(sorted(unique.values(), key=lambda each: _GRAVITY.index(each.severity)))
+        return tuple(sorted(unique.values(), key=lambda each: GRAVITY.index(each.severity)))
 
     @property
     def provenance(self) -> tuple[ProvenanceStep, ...]:

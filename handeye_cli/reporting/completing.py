@@ -11,11 +11,11 @@ from handeye_cli.inspection import with_time_offset
 from handeye_cli.pipeline import Steps
 from handeye_cli.records import Features, Inspection, Recording, Stations
 from handeye_cli.reporting.case import Case
-from handeye_cli.reporting.verifying import Way, verified
+from handeye_cli.reporting.verifying import Approach, verified
 from handeye_cli.time_offset import Measured
 
 
-def complete(case: Case, way: Way) -> Case:
+def complete(case: Case, approach: Approach) -> Case:
     """Return a case with everything that can be made from what it holds.
 
     A calibration that is there stays what it is, and so do the verdicts on it: then only the points
@@ -25,17 +25,17 @@ def complete(case: Case, way: Way) -> Case:
         InputError: An image or the pixels of a document are not what they should be.
         UsageError: The method or the pairs are unknown, or a flag cannot act on the document.
     """
-    case, measured = _with_poses(case, way.steps)
+    case, measured = _with_poses(case, approach.steps)
     stations = case.stations
     if case.calibration is not None or stations is None:
         return case
     if case.inspection is None:
-        found = _inspected(case, measured, way.steps)
+        found = _inspected(case, measured, approach.steps)
         case = replace(case, inspection=found, attempted=True)
     if case.inspection is not None and case.inspection.errors:
         return case
-    way = replace(way, steps=replace(way.steps, calibrate_intrinsics=False))
-    return _with_answer(case, stations, way)
+    approach = replace(approach, steps=replace(approach.steps, calibrate_intrinsics=False))
+    return _with_answer(case, stations, approach)
 
 
 def _with_poses(case: Case, steps: Steps) -> tuple[Case, Measured | None]:
@@ -85,14 +85,16 @@ def _inspected(case: Case, measured: Measured | None, steps: Steps) -> Inspectio
     return replace(looked, recording=case.summary)
 
 
-def _with_answer(case: Case, stations: Stations, way: Way) -> Case:
+def _with_answer(case: Case, stations: Stations, approach: Approach) -> Case:
     try:
-        answer = pipeline.to_calibration(stations, way.steps, method=way.method, pairs=way.pairs)
+        answer = pipeline.to_calibration(
+            stations, approach.steps, method=approach.method, pairs=approach.pairs
+        )
     except (UndeterminedError, ConvergenceError) as error:
         # the inspection rests on the default method; another one may fail where that does not
         return replace(case, failure=error)
     case = replace(case, calibration=answer)
     if case.verifications:
         return case
-    made = verified(stations, way)
+    made = verified(stations, approach)
     return replace(case, verifications=made.verifications, remarks=made.remarks)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from handeye_cli import targets
 from handeye_cli.conventions import Setup
 from handeye_cli.geometry import se3
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.geometry.star import star_pairs
 from handeye_cli.records import (
     Calibration,
@@ -212,7 +213,7 @@ def _azimuth(frames: _Frames) -> float:
 
 def _ball(poses: FloatArray) -> tuple[FloatArray, float]:
     places = poses[:, :3, 3]
-    middle = np.asarray((places.min(axis=0) + places.max(axis=0)) / 2.0)
+    middle = middle_of(places)
     radius = float(np.max(np.linalg.norm(places - middle, axis=1)))
     return middle, radius or 1.0
 

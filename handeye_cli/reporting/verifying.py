@@ -22,7 +22,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
-class Way:
+class Approach:
     """How an answer is looked for.
 
     Attributes:
@@ -59,18 +59,18 @@ class _Table:
     missing: dict[int, HandeyeError]
 
 
-def verified(stations: Stations, way: Way) -> Verified:
+def verified(stations: Stations, approach: Approach) -> Verified:
     """Verify on the stations of a document, in all ways that need no others.
 
     Stations that were taken along one direction first determine nothing for long; then the table is
     made from the same stations in another order.
     """
-    table, left_out = _table(stations, way), _left_out(stations, way)
+    table, left_out = _table(stations, approach), _left_out(stations, approach)
     usable = _usable(stations)
     remarks = _missing_rows(table) if _numbers(usable) else (_too_few(usable),)
     if table.verification is None and table.missing:
         mixed = _mixed(stations)
-        again = _table(mixed, way)
+        again = _table(mixed, approach)
         if again.verification is not None:
             remarks = (*remarks, _order(mixed), *_missing_rows(again))
             table = again
@@ -78,13 +78,13 @@ def verified(stations: Stations, way: Way) -> Verified:
     return Verified(tuple(each for each in found if each is not None), remarks)
 
 
-def _table(stations: Stations, way: Way) -> _Table:
+def _table(stations: Stations, approach: Approach) -> _Table:
     """Return the paper's table without the rows whose stations determine nothing."""
     tables: list[Verification] = []
     missing: dict[int, HandeyeError] = {}
     for count in _numbers(_usable(stations)):
         try:
-            tables.append(_verify(stations, way, [count]))
+            tables.append(_verify(stations, approach, [count]))
         except (UndeterminedError, ConvergenceError) as error:
             missing[count] = error
     rows = tuple(row for table in tables for row in table.rows)
@@ -132,21 +132,21 @@ def _too_few(usable: int) -> str:
     )
 
 
-def _left_out(stations: Stations, way: Way) -> Verification | None:
+def _left_out(stations: Stations, approach: Approach) -> Verification | None:
     with suppress(UndeterminedError, ConvergenceError):
-        return _verify(stations, way, None, leave_one_out=True)
+        return _verify(stations, approach, None, leave_one_out=True)
     return None
 
 
 def _verify(
-    stations: Stations, way: Way, counts: list[int] | None, *, leave_one_out: bool = False
+    stations: Stations, approach: Approach, counts: list[int] | None, *, leave_one_out: bool = False
 ) -> Verification:
     return pipeline.to_verification(
         stations,
-        way.steps,
+        approach.steps,
         None,
         counts=counts,
-        method=way.method,
-        pairs=way.pairs,
+        method=approach.method,
+        pairs=approach.pairs,
         leave_one_out=leave_one_out,
     )

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 from cli.scene import stations_document
 from line.recordings import SAMPLE
+from recording.bags import Robot, in_order, write
 
+from handeye_cli.cli import digests
 from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.options import Mcap
 from handeye_cli.cli.report_inputs import open_library
 from handeye_cli.cli.report_options import Sources
+from handeye_cli.conventions import Setup
+from handeye_cli.errors import InputError
+from handeye_cli.recording import survey
 from handeye_cli.render.page.drawing import Pen
 
 RECORDING = SAMPLE / "recording.yaml"
 COUNT = 8
+BOARD = "chessboard:9x6:2mm"
 
 
 @pytest.fixture
@@ -211,6 +219,52 @@ def test_a_robots_recording_shows_its_topics_and_the_time_of_its_images(handeye,
                   "world -&gt; base_link -&gt; tool0", "Time between images and poses",
                   "images run ahead of the robot&#x27;s poses by"):  # fmt: skip
         assert words in page
+
+
+@pytest.fixture
+def passes(monkeypatch):
+    """The ways through recordings, and the files that are hashed."""
+    taken, hashed = [], []
+    take, digesting = survey.take, digests.digesting
+    monkeypatch.setattr(survey, "take", lambda *words: taken.append(words) or take(*words))
+    monkeypatch.setattr(
+        digests, "digesting", lambda files: hashed.append(files) or digesting(files)
+    )
+    return lambda: (len(taken), len(hashed))
+
+
+def test_a_robots_recording_is_gone_through_and_hashed_once(here, passes):
+    path = write(here / "a.mcap", Robot(stations=2).messages())
+    library = open_library(
+        Sources(path, setup=Setup.EYE_IN_HAND, target=BOARD), Mcap(), CameraFile()
+    )
+    assert passes() == (1, 1)
+    (read,) = library.reads
+    assert len(read.record.stations) == 2
+    assert read.summary.used.image_topic == "/camera/image_raw"
+    assert read.sha256 == hashlib.sha256((here / "a.mcap").read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [({}, "where the camera is fixed"), ({"setup": Setup.EYE_IN_HAND}, "one image topic, found 2")],
+)
+def test_what_is_in_the_way_of_reading_a_recording_is_an_error(here, flags, message):
+    robot = Robot(stations=2)
+    other = replace(robot, image_topic="/right/image_raw")
+    path = write(here / "a.mcap", in_order(robot.messages(), other.images()))
+    with pytest.raises(InputError, match=message):
+        open_library(Sources(path, target=BOARD, **flags), Mcap(), CameraFile())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device here that is always full")
+@pytest.mark.parametrize("flags", ["-o -", "--json"])
+def test_a_page_that_cannot_be_written_is_an_error(shell, here, flags):
+    plan = "handeye plan --stations 5 --distance 170mm -o plan.yaml"
+    done = shell(f"{plan} && handeye report plan.yaml {flags} > /dev/full")
+    assert done.code == 3
+    assert done.err.count("\n") <= 2
+    assert "standard output: cannot be written: No space left on device" in done.err
 
 
 @pytest.mark.parametrize(

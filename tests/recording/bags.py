@@ -33,22 +33,24 @@ def ns(seconds):
     return START + round(seconds * SECOND)
 
 
-def write(path, messages, schemas=None, **options):
+def write(path, messages, schemas=None, *, silent=(), **options):
     """Write (log time, topic, schema name, payload) in this order; return the path as text.
 
-    `schemas` replaces (message encoding, schema encoding, schema text) of topics.
+    `schemas` replaces (message encoding, schema encoding, schema text) of topics. Of the messages
+    `silent` only the topics are written.
     """
     with path.open("wb") as file:
         writer = Writer(file, **{"chunk_size": 64_000, **options})
         writer.start(profile="ros2", library="test")
         channels = {}
-        for log_ns, topic, schema, payload in messages:
+        for index, (log_ns, topic, schema, payload) in enumerate([*silent, *messages]):
             if topic not in channels:
                 text = ros2.TEXTS.get(schema.replace("/msg/", "/"), "")
                 encoding, form, text = (schemas or {}).get(topic, ("cdr", "ros2msg", text))
                 schema_id = writer.register_schema(schema, form, text.encode())
                 channels[topic] = writer.register_channel(topic, encoding, schema_id)
-            writer.add_message(channels[topic], log_ns, payload, log_ns)
+            if index >= len(silent):
+                writer.add_message(channels[topic], log_ns, payload, log_ns)
         writer.finish()
     return str(path)
 

@@ -152,6 +152,18 @@ def test_positions_of_another_file_are_refused(tmp_path):
             list(container.read_payloads([container.Position(path, *place)]))
 
 
+@pytest.mark.parametrize("enable_crcs", [False, True], ids=["no-crc", "crc"])
+def test_damage_to_a_picture_is_told_where_it_stands(tmp_path, enable_crcs):
+    options = {"compression": CompressionType.NONE, "enable_crcs": enable_crcs}
+    path = write(tmp_path / "a.mcap", MESSAGES, **options)
+    *_, last = container.scan(path, lambda channel: True, Losses())
+    os.truncate(path, last.position.stop - 1)
+    with pytest.raises(InputError, match="found damage: ") as caught:
+        list(container.read_payloads([last.position]))
+    assert last.position.start > 1000
+    assert caught.value.where == f"{path}, byte {last.position.start}"
+
+
 def test_memory_does_not_grow_with_the_file(tmp_path):
     peaks = []
     for count in (20, 200):
@@ -296,3 +308,26 @@ def test_an_index_that_hides_messages_is_found_out(tmp_path):
     assert transforms(path, losses) == []
     assert losses.messages == 4
     assert "0 messages of /tf, of which it counts 4" in losses.first
+
+
+def test_damage_to_what_nobody_wants_is_counted_apart(tmp_path):
+    """Whoever asks for the wanted messages alone does not even see it."""
+    path = mixed(tmp_path / "a.mcap", **LAYOUTS["plain"])
+    losses, aside = Losses(), Losses()
+    idle, used = (of_kind(Path(path).read_bytes(), CHUNK)[index] for index in (2, 0))
+    Path(path).write_bytes(flipped(Path(path).read_bytes(), idle.stop - 1))
+    wanted = transforms(path, losses)
+    assert len(wanted) == 4
+    assert losses == Losses()
+    every = list(container.scan(path, lambda channel: channel.topic == "/tf", losses, aside))
+    assert Counter(each.channel.topic for each in every) == {"/tf": 4, "/cloud": 98}
+    assert losses == Losses()
+    assert (aside.places, aside.messages) == (1, 2)
+    assert f"byte {idle.offset}: a chunk with checksum" in aside.first
+
+    Path(path).write_bytes(flipped(Path(path).read_bytes(), used.stop - 1))
+    assert len(transforms(path, losses)) == 3
+    alike = Losses()
+    assert list(container.scan(path, lambda channel: channel.topic == "/tf", alike, aside))
+    assert alike == losses
+    assert losses.places == losses.messages == 1

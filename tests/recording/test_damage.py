@@ -5,6 +5,7 @@ import re
 import struct
 import subprocess
 import sys
+import zlib
 from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -501,6 +502,25 @@ def test_nothing_is_lost_silently_and_nothing_is_made_up(damaged, row):
     assert found == whole or losses.places or losses.cut
 
 
+@pytest.mark.parametrize("row", ROWS)
+def test_who_looks_at_every_message_loses_the_same_of_those_wanted(damaged, row):
+    path, _ = damaged(row)
+
+    def scanned(*aside):
+        losses = Losses()
+        found = container.scan(path, lambda channel: channel.topic == IMAGE, losses, *aside)
+        times = [each.log_time_ns for each in found if each.channel.topic == IMAGE]
+        return times, losses
+
+    try:
+        alone = scanned()
+    except InputError:
+        return
+    aside = Losses()
+    assert scanned(aside) == alone
+    assert not aside.cut
+
+
 SCHEMAS = {
     "text-empty": ("cdr", "ros2msg", ""),
     "text-garbage": ("cdr", "ros2msg", "\x00\x01 !garbage"),
@@ -571,6 +591,30 @@ def test_a_loss_is_told_in_bytes_and_messages(good, tmp_path):
     ]
     assert f"in 1 place: {chunk.stop - chunk.offset} bytes and {lost} messages" in finding.message
     assert f"a.mcap, byte {chunk.offset}: a chunk with checksum" in finding.message
+
+
+@pytest.mark.parametrize("checked", [False, True], ids=["no-crc", "crc"])
+@pytest.mark.parametrize("by", [2**40, 7, -7])
+def test_a_wrong_length_in_a_chunk_costs_the_rest_of_that_chunk_alone(good, tmp_path, by, checked):
+    """Whether the chunk is read as a whole for its checksum, or record by record."""
+    raw = good("no-crc")
+    chunk = middle(raw)
+    every = inside(raw, chunk)
+    index = len(every) // 2
+    path, losses = tmp_path / "a.mcap", Losses()
+    path.write_bytes(raw)
+    whole = told(str(path), losses)
+    raw = longer(by)(raw, every[index])
+    if checked:
+        checksum = zlib.crc32(raw[data_of(raw, chunk) : chunk.stop])
+        raw = number(raw, chunk.start + surgery.CHECKSUM_IN_CHUNK, checksum, "I")
+    path.write_bytes(raw)
+    found = told(str(path), losses)
+    kept = index + (by < 2**40)  # only such a length cannot be that of a message
+    behind = every[index].offset if by == 2**40 else every[index].stop + by
+    assert (whole - found).total() == len(every) - kept
+    assert (losses.places, losses.bytes) == (1, chunk.stop - behind)
+    assert f"a.mcap, byte {chunk.offset}: " in losses.first
 
 
 def test_a_cut_is_told_in_bytes(good, tmp_path):
@@ -660,7 +704,7 @@ def test_a_head_that_cannot_be_read_is_damage_where_it_stands():
     class Broken:
         size = 100
 
-        def read(self, start, stop):
+        def unpack(self, form, start):
             raise framing.DamageError("bytes that cannot be read")
 
     with pytest.raises(framing.DamageError) as caught:

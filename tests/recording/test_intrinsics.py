@@ -10,6 +10,7 @@ from handeye_cli.errors import InputError
 from handeye_cli.recording.intrinsics import camera_of
 from handeye_cli.recording.messages import CameraInfoMessage, Header
 
+WHERE = "a.mcap, /cam/camera_info"
 K = (600.0, 0.0, 319.5, 0.0, 610.0, 239.5, 0.0, 0.0, 1.0)
 P = (550.0, 0.0, 310.0, 0.0, 0.0, 555.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
@@ -25,14 +26,14 @@ def info(model="plumb_bob", d=(0.1, 0.2, 0.3, 0.4, 0.5), *, k=K, p=P, binning=(0
 )  # fmt: skip
 def test_plain_camera(model, count):
     d = tuple(0.01 * n for n in range(1, count + 1))
-    camera = camera_of(info(model, d), "/cam/image_raw")
+    camera = camera_of(info(model, d), "/cam/image_raw", WHERE)
     assert (camera.width, camera.height, camera.model) == (640, 480, model)
     np.testing.assert_array_equal(camera.parameters, [600.0, 610.0, 319.5, 239.5, *d])
 
 
 @pytest.mark.parametrize("topic", ["/cam/image_rect", "/cam/image_rect_color/compressed"])
 def test_rectified_images_have_no_distortion(topic):
-    camera = camera_of(info("equidistant", (1, 2, 3, 4)), topic)
+    camera = camera_of(info("equidistant", (1, 2, 3, 4)), topic, WHERE)
     assert camera.distortion == ()
     assert camera.model == "plumb_bob"
     np.testing.assert_array_equal(camera.parameters, [550.0, 555.0, 310.0, 230.0])
@@ -40,11 +41,11 @@ def test_rectified_images_have_no_distortion(topic):
 
 @pytest.mark.parametrize("topic", ["/cam/image_raw", "/cam/image_rect"])
 def test_uncalibrated_camera_is_none(topic):
-    assert camera_of(info(model="", k=(0.0,) * 9, p=(0.0,) * 12, d=()), topic) is None
+    assert camera_of(info(model="", k=(0.0,) * 9, p=(0.0,) * 12, d=()), topic, WHERE) is None
 
 
 def test_binning_and_region_move_a_pixel_with_the_camera():
-    camera = camera_of(info(binning=(2, 4), roi=(100, 40, 320, 240)), "/cam/image_raw")
+    camera = camera_of(info(binning=(2, 4), roi=(100, 40, 320, 240)), "/cam/image_raw", WHERE)
     assert (camera.width, camera.height) == (160, 60)
     x, y = 0.05, -0.07
     u, v = 600.0 * x + 319.5, 610.0 * y + 239.5  # in the full image
@@ -65,13 +66,13 @@ def test_binning_and_region_move_a_pixel_with_the_camera():
 )
 def test_unknown_distortion_is_refused(model, d, found):
     with pytest.raises(InputError, match=found):
-        camera_of(info(model, d), "/cam/image_raw")
+        camera_of(info(model, d), "/cam/image_raw", WHERE)
 
 
 def test_foxglove_calls_equidistant_kannala_brandt():
     d = (0.1, 0.2, 0.3, 0.4)
-    camera = camera_of(info("kannala_brandt", d), "/cam/image_raw")
-    assert camera == camera_of(info("equidistant", d), "/cam/image_raw")
+    camera = camera_of(info("kannala_brandt", d), "/cam/image_raw", WHERE)
+    assert camera == camera_of(info("equidistant", d), "/cam/image_raw", WHERE)
     assert camera.model == "equidistant"
 
 
@@ -87,14 +88,14 @@ def test_foxglove_calls_equidistant_kannala_brandt():
 )
 def test_numbers_of_no_camera_are_refused(changed, found):
     with pytest.raises(InputError, match=found) as caught:
-        camera_of(info(**changed), "/cam/image_raw")
+        camera_of(info(**changed), "/cam/image_raw", WHERE)
     assert "positive focal lengths" in caught.value.message
 
 
 def test_camera_without_a_size_is_refused():
     with pytest.raises(InputError, match="found 0 x 480"):
-        camera_of(dataclasses.replace(info(), width=0), "/cam/image_raw")
+        camera_of(dataclasses.replace(info(), width=0), "/cam/image_raw", WHERE)
 
 
 def test_no_model_and_no_distortion_is_a_pinhole():
-    assert camera_of(info("", (0.0,) * 0), "/cam/image_raw").distortion == ()
+    assert camera_of(info("", (0.0,) * 0), "/cam/image_raw", WHERE).distortion == ()

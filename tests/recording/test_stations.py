@@ -252,8 +252,39 @@ def test_setup_is_asked_for(path):
 def test_recording_without_images_in_pauses_is_refused(tmp_path):
     robot = Robot(stations=2)
     mixed = in_order(robot.static(), robot.links(), list(robot.images())[22:34])
-    with pytest.raises(InputError, match="found 2 pauses without one"):
+    path = write(tmp_path / "a.mcap", mixed)
+    with pytest.raises(InputError, match=r"found 2 pauses without one.* and 11 frames") as caught:
+        recording.read(path, OPTIONS)
+    assert "--moving" in caught.value.hint
+    assert len(recording.read(path, replace(OPTIONS, moving=True)).stations) == 11
+
+
+def test_pauses_without_images_and_few_others_are_refused(tmp_path):
+    robot = Robot(stations=2)
+    mixed = in_order(robot.static(), robot.links(), list(robot.images())[22:28])
+    with pytest.raises(InputError, match=r"found 2 pauses without one.* fewer than 10") as caught:
         recording.read(write(tmp_path / "a.mcap", mixed), OPTIONS)
+    assert "--moving" not in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("numbers", "found"),
+    [
+        ({"k": (-600.0, *K[1:])}, "cx, cy and distortion -600"),
+        ({"k": K, "model": "fisheye62"}, "'fisheye62'"),
+        ({"k": K, "d": (0.1,)}, "4 or 5 coefficients of plumb_bob, found 1"),
+        ({"k": K, "size": (0, 48)}, "found 0 x 48"),
+    ],
+)
+def test_intrinsics_that_are_none_are_named_by_file_and_topic(tmp_path, robot, numbers, found):
+    payload = ros2.camera_info(ns(0), "camera_optical", **numbers)
+    info = (ns(0), "/camera/camera_info", "sensor_msgs/msg/CameraInfo", payload)
+    mixed = in_order(robot.static(), robot.links(), robot.images(), [info])
+    path = write(tmp_path / "a.mcap", mixed)
+    with pytest.raises(InputError, match=found) as caught:
+        recording.read(path, OPTIONS)
+    assert caught.value.where == f"{path}, /camera/camera_info"
+    assert caught.value.hint
 
 
 def test_recording_without_images_or_without_poses_is_refused(tmp_path, robot):
@@ -261,6 +292,36 @@ def test_recording_without_images_or_without_poses_is_refused(tmp_path, robot):
         recording.read(write(tmp_path / "a.mcap", robot.static()), OPTIONS)
     with pytest.raises(InputError, match="expected a moving frame"):
         recording.read(write(tmp_path / "b.mcap", robot.images()), OPTIONS)
+
+
+def test_topics_without_a_message_are_told_apart_from_those_that_cannot_be_read(tmp_path, robot):
+    """A camera that was off is named in a recording all the same."""
+    image = (ns(0), robot.image_topic, "sensor_msgs/msg/Image", b"")
+    file = tmp_path / "a.mcap"
+    write(file, in_order(robot.static(), robot.links()), silent=[image])
+    found = r"/camera/image_raw \(sensor_msgs/msg/Image as cdr, without a message\)"
+    with pytest.raises(InputError, match=found) as caught:
+        recording.read(str(file), OPTIONS)
+    assert "/tf (tf2_msgs/msg/TFMessage as cdr)" in caught.value.message
+    assert caught.value.where == str(file)
+
+
+def test_what_is_ambiguous_is_named_with_its_file(tmp_path, robot):
+    other = replace(robot, image_topic="/right/image_raw")
+    path = write(tmp_path / "a.mcap", in_order(robot.messages(), other.images()))
+    with pytest.raises(InputError, match="one image topic, found 2") as caught:
+        recording.read(path, OPTIONS)
+    assert caught.value.where == path
+    assert caught.value.hint == "choose one, as with --image-topic /camera/image_raw"
+
+
+def test_images_that_are_rectified_in_a_way_nobody_tells_say_so(tmp_path):
+    robot = Robot(stations=2, image_topic="/camera/image_rect")
+    record = recording.read(write(tmp_path / "a.mcap", robot.messages()), OPTIONS)
+    assert record.camera is None
+    finding = next(f for f in record.findings if f.code == "camera-uncalibrated")
+    assert "the focal length in its P is 0" in finding.message
+    assert "--image-topic" in finding.advice
 
 
 def test_unknown_encoding_is_named(tmp_path):

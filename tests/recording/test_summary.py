@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from mcap.writer import CompressionType
 from recording import ros2
 from recording.bags import PAUSE, PERIOD, K, Robot, in_order, ns, write
+from recording.surgery import flipped
 
 from handeye_cli import recording
 from handeye_cli.conventions import Setup
@@ -233,6 +235,28 @@ def test_a_recording_that_was_cut_off(look, messages, tmp_path):
     assert inspection.recording.cut
     assert "recording-cut" in {finding.code for finding in inspection.diagnosis}
     assert 0 < inspection.recording.duration < 6
+
+
+@pytest.mark.parametrize(("topic", "severity"), [("/tf", "warning"), ("/cloud", "info")])
+def test_damage_is_a_warning_only_where_it_may_touch_the_answer(
+    messages, tmp_path, topic, severity
+):
+    """Solving does not even look at the rest; who looks at all of it hears of that as well."""
+    cloud = (ns(1.5), "/cloud", "sensor_msgs/msg/PointCloud2", b"a cloud of points")
+    every = in_order(messages, [cloud])
+    path = write(tmp_path / "a.mcap", every, chunk_size=1, compression=CompressionType.NONE)
+    raw = (tmp_path / "a.mcap").read_bytes()
+    damaged = next(payload for _, of, _, payload in every[len(every) // 2 :] if of == "/tf")
+    at = raw.index(cloud[3] if topic == "/cloud" else damaged)
+    (tmp_path / "a.mcap").write_bytes(flipped(raw, at))
+    looked = recording.look(path, BOTH, {})
+    (told,) = [each for each in looked.inspection.diagnosis if each.code == "recording-damaged"]
+    assert told.severity == severity
+    assert "a.mcap, byte " in told.message
+    assert told in looked.recording.findings
+    read = recording.read(path, BOTH)
+    assert ("recording-damaged" in {each.code for each in read.findings}) == (topic == "/tf")
+    assert len(read.stations) == len(looked.recording.stations) == 4
 
 
 def test_options_that_contradict_each_other_and_files_that_are_none(look, messages, tmp_path):

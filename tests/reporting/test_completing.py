@@ -16,14 +16,14 @@ from handeye_cli.records import Protocol, Station, Stations, UncertainPose
 from handeye_cli.reporting.case import Case
 from handeye_cli.reporting.completing import complete
 from handeye_cli.reporting.contents import contents_of, distances
-from handeye_cli.reporting.verifying import Way
+from handeye_cli.reporting.verifying import Approach
 
-WAY = Way(Steps(workers=1), "maximum-likelihood", "star")
+APPROACH = Approach(Steps(workers=1), "maximum-likelihood", "star")
 
 
 @pytest.fixture(scope="module")
 def whole():
-    return complete(Case("a", features=cases.shot().features), WAY)
+    return complete(Case("a", features=cases.shot().features), APPROACH)
 
 
 def test_points_alone_lead_to_everything(whole):
@@ -50,7 +50,7 @@ def test_the_table_grows_to_half_of_the_stations(whole):
 
 def test_an_answer_that_is_there_stays_as_it_is():
     answer = replace(cases.calibration(), method="by hand")
-    found = complete(Case("a", features=cases.shot().features, calibration=answer), WAY)
+    found = complete(Case("a", features=cases.shot().features, calibration=answer), APPROACH)
     assert found.calibration is answer
     assert found.stations is not None
     assert found.verifications == ()
@@ -59,9 +59,9 @@ def test_an_answer_that_is_there_stays_as_it_is():
 
 
 def test_intrinsics_cannot_be_calibrated_behind_an_answer():
-    way = replace(WAY, steps=Steps(calibrate_intrinsics=True))
+    approach = replace(APPROACH, steps=Steps(calibrate_intrinsics=True))
     with pytest.raises(UsageError, match=r"no effect.*calibration\.yaml"):
-        complete(cases.case(), way)
+        complete(cases.case(), approach)
 
 
 def test_data_without_an_answer_are_inspected():
@@ -72,7 +72,7 @@ def test_data_without_an_answer_are_inspected():
         Station(str(i), pose, camera_T_target=UncertainPose(se3.inverse(pose)))
         for i, pose in enumerate(poses)
     )
-    found = complete(Case("a", stations=Stations(cases.stations().setup, rows)), WAY)
+    found = complete(Case("a", stations=Stations(cases.stations().setup, rows)), APPROACH)
     assert found.attempted
     assert found.calibration is None
     assert found.inspection.errors
@@ -81,7 +81,7 @@ def test_data_without_an_answer_are_inspected():
 
 def test_a_case_without_data_stays_empty():
     empty = Case("a", verifications=(cases.verification(),))
-    assert complete(empty, WAY) == empty
+    assert complete(empty, APPROACH) == empty
 
 
 def test_distances_are_those_from_the_first_answer():

@@ -67,6 +67,18 @@ def test_cells_hold_their_own_points():
     assert len(np.unique(cells, axis=0)) == len(cells)
 
 
+def test_plates_behind_the_camera_leave_no_residuals():
+    whole, mirror = seen(), np.diag([1.0, 1.0, -1.0])
+    rows = []
+    for station in whole.stations:
+        pose = station.camera_T_target.matrix.copy()
+        pose[:3] = mirror @ pose[:3]
+        rows.append(replace(station, camera_T_target=UncertainPose(pose)))
+    assert pixel_residuals(replace(whole, stations=tuple(rows))) is None
+    some = replace(whole, stations=(*rows[:2], *whole.stations[2:]))
+    assert len(pixel_residuals(some).pixels) == 4 * 36
+
+
 def test_a_point_the_target_has_not_is_refused():
     whole = seen()
     strange = replace(whole.stations[3], observation=Observation(np.arange(37), np.zeros((37, 2))))

@@ -11,9 +11,9 @@ from scenes import general_scene, scene, stations
 from handeye_cli.geometry import se3
 from handeye_cli.pipeline import Steps
 from handeye_cli.records import Noise, Protocol
-from handeye_cli.reporting.verifying import Way, verified
+from handeye_cli.reporting.verifying import Approach, verified
 
-WAY = Way(Steps(workers=1), "maximum-likelihood", "star")
+APPROACH = Approach(Steps(workers=1), "maximum-likelihood", "star")
 NOISE = Noise(2e-4, 1e-4, 2e-4, 1e-4)
 
 
@@ -41,14 +41,14 @@ def turned_late(count, straight):
 
 
 def test_stations_that_all_turn_need_no_remark():
-    found = verified(document(general_scene(np.random.default_rng(2), 12)), WAY)
+    found = verified(document(general_scene(np.random.default_rng(2), 12)), APPROACH)
     assert numbers(found) == [4, 5, 6]
     assert [each.protocol for each in found.verifications][-1] is Protocol.LEAVE_ONE_OUT
     assert found.remarks == ()
 
 
 def test_rows_that_determine_nothing_are_missing_with_the_reason():
-    found = verified(document(turned_late(12, 4)), WAY)
+    found = verified(document(turned_late(12, 4)), APPROACH)
     assert numbers(found) == [6]
     (remark,) = found.remarks
     assert remark.startswith("No row calibrates on the first 4 or 5 stations; with 5: ")
@@ -56,7 +56,7 @@ def test_rows_that_determine_nothing_are_missing_with_the_reason():
 
 def test_where_no_row_is_left_the_stations_are_taken_in_another_order():
     late = document(turned_late(14, 8))
-    found = verified(late, WAY)
+    found = verified(late, APPROACH)
     assert numbers(found)
     why, order = found.remarks[:2]
     assert why.startswith("No row calibrates on the first 4, 5, 6 or 7 stations; with 7: ")
@@ -69,7 +69,7 @@ def test_where_no_row_is_left_the_stations_are_taken_in_another_order():
 
 
 def test_too_few_stations_to_hold_any_back_are_told_as_such():
-    found = verified(document(general_scene(np.random.default_rng(2), 5)), WAY)
+    found = verified(document(general_scene(np.random.default_rng(2), 5)), APPROACH)
     assert numbers(found) == []
     assert found.remarks == (
         "There are no errors against the number of stations: expected at least 6 usable stations, "
@@ -79,6 +79,6 @@ def test_too_few_stations_to_hold_any_back_are_told_as_such():
 
 @pytest.mark.parametrize("count", [6, 7])
 def test_a_single_row_needs_six_stations(count):
-    found = verified(document(general_scene(np.random.default_rng(2), count)), WAY)
+    found = verified(document(general_scene(np.random.default_rng(2), count)), APPROACH)
     assert numbers(found) == [3]
     assert found.remarks == ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import CameraInfoMessage
 
 _REGION = {
@@ -19,7 +19,7 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2; ROS 1 calls four of them D, K, R and P."""
 
 
-def decode(message: Record) -> CameraInfoMessage:
+def decode(message: Values) -> CameraInfoMessage:
     """Return a decoded message as ours."""
     roi = message["roi"]
     return CameraInfoMessage(

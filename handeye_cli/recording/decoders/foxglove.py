@@ -7,7 +7,7 @@ says otherwise.
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import Header
 
 HEAD = "builtin_interfaces/Time timestamp\nstring frame_id\n"
@@ -23,6 +23,6 @@ FRAME_TRANSFORM_PARTS = ros.VECTOR | ros.QUATERNION
 """Definitions of a transform's parts."""
 
 
-def decode_head(message: Record) -> Header:
+def decode_head(message: Values) -> Header:
     """Return time and frame of a message."""
     return Header(message["timestamp"], message["frame_id"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import foxglove, ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import CameraInfoMessage
 
 DEFINITION = ros.definition(
@@ -18,7 +18,7 @@ NUMBERS = {
 """Numbers of its fields in protobuf where they are not in this order."""
 
 
-def decode(message: Record) -> CameraInfoMessage:
+def decode(message: Values) -> CameraInfoMessage:
     """Return a decoded message as ours."""
     return CameraInfoMessage(
         header=foxglove.decode_head(message),

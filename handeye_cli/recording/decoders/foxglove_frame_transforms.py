@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from handeye_cli.recording.decoders import foxglove, ros
 from handeye_cli.recording.decoders.foxglove_frame_transform import decode_transform
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import TransformsMessage
 
 DEFINITION = ros.definition(
@@ -14,7 +14,7 @@ DEFINITION = ros.definition(
 """Its fields in the order of ROS, and of protobuf."""
 
 
-def decode(message: Record) -> TransformsMessage:
+def decode(message: Values) -> TransformsMessage:
     """Return a decoded message as ours."""
     transforms = tuple(decode_transform(each) for each in message["transforms"])
     return TransformsMessage(transforms, lasting=True)

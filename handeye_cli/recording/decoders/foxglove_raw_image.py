@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from handeye_cli.recording.decoders import foxglove, ros
 from handeye_cli.recording.decoders.foxglove import HEAD_FIELDS, decode_head
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import ImageMessage
 
 __all__ = ["DEFINITION", "HEAD_FIELDS", "NUMBERS", "decode", "decode_head"]
@@ -18,7 +18,7 @@ NUMBERS = {"frame_id": 7, "width": 2, "height": 3, "encoding": 4, "step": 5, "da
 """Numbers of its fields in protobuf where they are not in this order."""
 
 
-def decode(message: Record) -> ImageMessage:
+def decode(message: Values) -> ImageMessage:
     """Return a decoded message as ours; its wide pixels are always little-endian."""
     return ImageMessage(
         header=decode_head(message),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
 from handeye_cli.recording.decoders.ros import HEAD_FIELDS, decode_head
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import ImageMessage
 
 __all__ = ["DEFINITION", "HEAD_FIELDS", "decode", "decode_head"]
@@ -17,7 +17,7 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Record) -> ImageMessage:
+def decode(message: Values) -> ImageMessage:
     """Return a decoded message as ours."""
     return ImageMessage(
         header=decode_head(message),

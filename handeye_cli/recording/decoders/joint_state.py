@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import JointsMessage
 
 DEFINITION = ros.definition(
@@ -14,7 +14,7 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Record) -> JointsMessage:
+def decode(message: Values) -> JointsMessage:
     """Return a decoded message as ours; joints without a position are left out."""
     names, positions = message["name"], message["position"]
     return JointsMessage(ros.decode_head(message), tuple(zip(names, positions, strict=False)))

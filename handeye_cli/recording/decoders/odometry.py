@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import PoseStamped
 
 _TWIST = ros.VECTOR | {
@@ -18,7 +18,7 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Record) -> PoseStamped:
+def decode(message: Values) -> PoseStamped:
     """Return a decoded message as ours."""
     pose = ros.decode_pose(message["pose"]["pose"])
     return PoseStamped(ros.decode_head(message), **pose, child_frame_id=message["child_frame_id"])

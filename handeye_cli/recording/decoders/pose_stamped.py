@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import PoseStamped
 
 DEFINITION = ros.definition(
@@ -12,6 +12,6 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Record) -> PoseStamped:
+def decode(message: Values) -> PoseStamped:
     """Return a decoded message as ours."""
     return PoseStamped(ros.decode_head(message), **ros.decode_pose(message["pose"]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from handeye_cli.recording.layout import RULE, Record
+from handeye_cli.recording.layout import RULE, Values
 from handeye_cli.recording.messages import Header
 
 HEADER = {"std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id\n"}
@@ -48,23 +48,23 @@ def definition(fields: str, parts: dict[str, str]) -> str:
     return fields + "".join(f"{RULE}\nMSG: {name}\n{text}" for name, text in parts.items())
 
 
-def decode_head(message: Record) -> Header:
+def decode_head(message: Values) -> Header:
     """Return the `std_msgs/Header` of a message as ours."""
     header = message["header"]
     return Header(header["stamp"], header["frame_id"])
 
 
-def decode_vector(vector: Record) -> tuple[float, float, float]:
+def decode_vector(vector: Values) -> tuple[float, float, float]:
     """Return a point or a vector as its numbers."""
     return vector["x"], vector["y"], vector["z"]
 
 
-def decode_quaternion(quaternion: Record) -> tuple[float, float, float, float]:
+def decode_quaternion(quaternion: Values) -> tuple[float, float, float, float]:
     """Return a quaternion as x y z w."""
     return quaternion["x"], quaternion["y"], quaternion["z"], quaternion["w"]
 
 
-def decode_pose(pose: Record) -> dict[str, Any]:
+def decode_pose(pose: Values) -> dict[str, Any]:
     """Return a `geometry_msgs/Pose` as the arguments of our messages."""
     return {
         "translation": decode_vector(pose["position"]),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from handeye_cli.recording.decoders import ros
-from handeye_cli.recording.layout import Record
+from handeye_cli.recording.layout import Values
 from handeye_cli.recording.messages import TransformsMessage, TransformStamped
 
 DEFINITION = ros.definition(
@@ -12,12 +12,12 @@ DEFINITION = ros.definition(
 """Its fields, the same in every release of ROS 2."""
 
 
-def decode(message: Record) -> TransformsMessage:
+def decode(message: Values) -> TransformsMessage:
     """Return a decoded message as ours."""
     return TransformsMessage((decode_transform(message),))
 
 
-def decode_transform(message: Record) -> TransformStamped:
+def decode_transform(message: Values) -> TransformStamped:
     """Return one decoded transform as ours."""
     return TransformStamped(
         header=ros.decode_head(message),

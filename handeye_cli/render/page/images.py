@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from handeye_cli.render.detection_picture import ColourImage, draw_detection
+from handeye_cli.records import GreyImage
+from handeye_cli.render.detection_picture import ColourImage, draw_detection, enlargement
 from handeye_cli.render.page.desk import Desk
 from handeye_cli.render.page.markup import element, figure, image, paragraph
 from handeye_cli.render.text import count, pixels
@@ -41,18 +42,17 @@ def _picture(picture: Picture, album: Album) -> str:
     drawn = draw_detection(
         picture.grey, station, album.points, discs=album.discs, camera=picture.camera
     )
-    data = _jpeg(_without_band(drawn, picture.grey.shape))
+    data = _jpeg(_without_band(drawn, picture.grey))
     return figure(image(data, "jpeg", words), words)
 
 
-def _without_band(drawn: ColourImage, shape: tuple[int, ...]) -> ColourImage:
+def _without_band(drawn: ColourImage, grey: GreyImage) -> ColourImage:
     """Return a picture without the words above it, and no larger than its image."""
-    factor = next(k for k in (2, 1) if len(drawn) > k * shape[0])
-    height, width = factor * shape[0], factor * shape[1]
-    cut = drawn[-height:, :width]
+    factor, (height, width) = enlargement(grey), grey.shape
+    cut = drawn[-factor * height :, : factor * width]
     if factor == 1:
         return cut
-    shrunk = cv2.resize(cut, (shape[1], shape[0]), interpolation=cv2.INTER_AREA)
+    shrunk = cv2.resize(cut, (width, height), interpolation=cv2.INTER_AREA)
     return np.asarray(shrunk, dtype=np.uint8)
 
 
