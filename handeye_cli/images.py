@@ -15,6 +15,8 @@ from handeye_cli.records import GreyImage
 
 MAX_PIXELS = 200_000_000
 """Largest image that is decoded."""
+MAX_SIDE = 32_766
+"""Longest side of an image that is decoded; OpenCV samples none that is longer."""
 MAX_BYTES = 2_000_000_000
 """Largest image file that is read."""
 
@@ -138,3 +140,6 @@ def _require_size(width: int, height: int, label: str) -> None:
             f"found {width} x {height}",
             where=label,
         )
+    if max(width, height) > MAX_SIDE:
+        message = f"expected sides of at most {MAX_SIDE} pixels, found {width} x {height}"
+        raise InputError(message, where=label)

@@ -50,7 +50,7 @@ def project(points: FloatArray, parameters: FloatArray, model: str = "plumb_bob"
     Returns:
         (..., 2) pixels.
     """
-    distorted = bend(points[..., :2] / points[..., 2:], parameters[4:], model)
+    distorted = distort(points[..., :2] / points[..., 2:], parameters[4:], model)
     return np.asarray(distorted * parameters[:2] + parameters[2:4])
 
 
@@ -69,7 +69,7 @@ def project_jacobians(
         (..., 2) pixels, (..., 2, 3) derivatives by the point, (..., 2, 4 + k) by the parameters.
     """
     normal = points[..., :2] / points[..., 2:]
-    distorted, by_normal, by_coefficients = distort(normal, parameters[4:], model)
+    distorted, by_normal, by_coefficients = distort_jacobians(normal, parameters[4:], model)
     focal = parameters[:2]
     by_point = np.zeros((*points.shape[:-1], 2, 3))
     by_point[..., 0, 0] = by_point[..., 1, 1] = 1.0
@@ -103,19 +103,19 @@ def normalise(
     """
     wanted = (pixels - parameters[2:4]) / parameters[:2]
     if model == "equidistant":
-        return _unbend(wanted, parameters[4:])
+        return _undistort_equidistant(wanted, parameters[4:])
     if not np.any(parameters[4:]):
         return np.asarray(wanted)
     k = _padded(parameters[4:], _PLUMB_BOB_SIZE)
     xy = wanted
     for _ in range(_NEWTON_STEPS):
-        distorted, slope = _bend_and_slope(xy, k)
+        distorted, slope = _distort_and_slope(xy, k)
         error = distorted - wanted
         if np.max(np.abs(error), initial=0.0) < tolerance:
             break
         xy = xy - _solve2(slope, error)
     else:
-        distorted, slope = _bend_and_slope(xy, k)
+        distorted, slope = _distort_and_slope(xy, k)
     hit = np.max(np.abs(distorted - wanted), axis=-1) <= max(tolerance, _HIT)
     # Beyond its fold the model maps a second, mirrored direction to the same pixel.
     (a, b), (c, d) = np.moveaxis(slope, (-2, -1), (0, 1))
@@ -123,7 +123,7 @@ def normalise(
     return np.where((hit & unfolded)[..., None], xy, np.nan)
 
 
-def _unbend(wanted: FloatArray, coefficients: FloatArray) -> FloatArray:
+def _undistort_equidistant(wanted: FloatArray, coefficients: FloatArray) -> FloatArray:
     """Invert the equidistant model: Newton's method on the angle to the axis alone."""
     k = _padded(coefficients, _EQUIDISTANT_SIZE)
     radius = np.linalg.norm(wanted, axis=-1)
@@ -147,8 +147,8 @@ def _solve2(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     return np.stack([(d * u - b * v) / safe, (a * v - c * u) / safe], axis=-1)
 
 
-def bend(xy: FloatArray, coefficients: FloatArray, model: str) -> FloatArray:
-    """Return distorted directions; `distort` without the derivatives.
+def distort(xy: FloatArray, coefficients: FloatArray, model: str) -> FloatArray:
+    """Return distorted directions.
 
     Args:
         xy: (..., 2) undistorted coordinates on the plane z = 1.
@@ -157,10 +157,10 @@ def bend(xy: FloatArray, coefficients: FloatArray, model: str) -> FloatArray:
     """
     if model == "equidistant":
         return _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))[0]
-    return _bend(xy, _Radial.of(xy, k := _padded(coefficients, _PLUMB_BOB_SIZE)), k)
+    return _distort(xy, _Radial.of(xy, k := _padded(coefficients, _PLUMB_BOB_SIZE)), k)
 
 
-def distort(
+def distort_jacobians(
     xy: FloatArray, coefficients: FloatArray, model: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return distorted directions with their derivatives.
@@ -178,7 +178,7 @@ def distort(
         out, by_xy, by_k = _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))
     else:
         k = _padded(coefficients, _PLUMB_BOB_SIZE)
-        out, by_xy = _bend_and_slope(xy, k)
+        out, by_xy = _distort_and_slope(xy, k)
         by_k = _by_coefficients(xy, k)
     return out, by_xy, by_k[..., : coefficients.size]
 
@@ -205,7 +205,7 @@ class _Radial(NamedTuple):
         return cls(r2, r4, above / below, below)
 
 
-def _bend(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
+def _distort(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
     _, _, p1, p2, *_, s1, s2, s3, s4 = k
     x, y, r2 = xy[..., 0], xy[..., 1], radial.r2
     out = xy * radial.gain[..., None]
@@ -219,7 +219,7 @@ def _bend(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
     return out
 
 
-def _bend_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _distort_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (..., 2) distorted directions and their (..., 2, 2) derivatives by `xy`."""
     k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = k
     radial = _Radial.of(xy, k)
@@ -233,7 +233,7 @@ def _bend_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArr
     by_xy[..., 0, 1] = cross + prism_u * y
     by_xy[..., 1, 0] = cross + prism_v * x
     by_xy[..., 1, 1] = gain + twice * y * y + 6 * p1 * y + 2 * p2 * x + prism_v * y
-    return _bend(xy, radial, k), by_xy
+    return _distort(xy, radial, k), by_xy
 
 
 def _by_coefficients(xy: FloatArray, k: FloatArray) -> FloatArray:

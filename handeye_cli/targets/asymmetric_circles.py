@@ -16,7 +16,7 @@ from handeye_cli.targets.board import Detection
 from handeye_cli.targets.disc_board import DiscBoard
 from handeye_cli.targets.discs import Pattern, find_discs
 from handeye_cli.targets.drawing import Drawing, outline_around
-from handeye_cli.targets.keys import Range, refuse
+from handeye_cli.targets.keys import Range, refuse, require_few
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,7 @@ class AsymmetricCircles(DiscBoard):
     diameter_mm: float
 
     def __post_init__(self) -> None:
+        require_few(self.columns, self.rows, "discs")
         nearest = math.sqrt(2) * self.spacing_mm
         if self.diameter_mm >= nearest:
             raise refuse(

@@ -15,7 +15,7 @@ from handeye_cli.targets.chessboard_finder import find_chessboard
 from handeye_cli.targets.corner_refinement import refine_corners
 from handeye_cli.targets.drawing import Drawing, checkers, outline_around
 from handeye_cli.targets.front_view import fits_plane, front_view
-from handeye_cli.targets.keys import Range
+from handeye_cli.targets.keys import Range, require_few
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,9 @@ class Chessboard(Board):
     columns: Annotated[int, Range(3)]
     rows: Annotated[int, Range(3)]
     square_mm: float
+
+    def __post_init__(self) -> None:
+        require_few(self.columns, self.rows, "corners")
 
     def points(self) -> FloatArray:
         """Return the (rows * columns, 3) inner corners, row by row, metres."""

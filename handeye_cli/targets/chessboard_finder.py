@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets.chessboard_reasons import Attempts
-from handeye_cli.targets.disc_window import windows
+from handeye_cli.targets.layout_places import best_places
+from handeye_cli.targets.resampling import reduced
 from handeye_cli.targets.saddle_lattice import Part, lattice_parts
 from handeye_cli.targets.saddles import find_saddles
 
@@ -25,6 +26,8 @@ _ASTRAY = 0.25
 """Spacings by which the refinement may move a corner."""
 _FAINTEST = 0.3
 """Contrast of a corner over the median of all."""
+_ROW = 0.6
+"""Share of a row, at least three corners, beside the board that tell of a larger one."""
 _UNEVEN = 0.7
 """Difference of squares of one colour at a corner, over their contrast to the others."""
 
@@ -55,9 +58,13 @@ def find_chessboard(grey: GreyImage, columns: int, rows: int) -> Corners | str:
     attempts = Attempts(columns, rows)
     for image, factor in _reduced(grey):
         for part in lattice_parts(find_saddles(image)):
-            places, covered = windows(layout, part.places)
+            places, covered = best_places(layout, part.places)
             attempts.saw(part, places, covered, image.shape)
-            if len(places) == 1 and covered >= (1.0 - _ABSENT) * len(layout):
+            if len(places) > 1 or covered < (1.0 - _ABSENT) * len(layout):
+                continue
+            # not even at another size of the image, at which the corners beside are not seen
+            attempts.larger |= _goes_on(part.places, places[0])
+            if not attempts.larger:
                 found = _measured(grey, part, places[0].reshape(rows, columns, 2), factor)
                 if found is not None:
                     return found
@@ -70,9 +77,22 @@ def _reduced(grey: GreyImage) -> Iterator[tuple[GreyImage, int]]:
     for factor in dict.fromkeys([first, 2 * first, -(-first // 2), 1]):
         height, width = (size // factor for size in grey.shape)
         if min(height, width) > 8:
-            part = grey[: height * factor, : width * factor]
-            small = cv2.resize(part, (width, height), interpolation=cv2.INTER_AREA)
-            yield np.asarray(small, dtype=np.uint8), factor
+            yield reduced(grey, factor), factor
+
+
+def _goes_on(seen: IntArray, board: IntArray) -> bool:
+    """Say whether most of a row or column of corners lies right beside those of a board.
+
+    Args:
+        seen: (m, 2) places of the corners that were seen.
+        board: (n, 2) those of the board's corners.
+    """
+    low, high = board.min(axis=0), board.max(axis=0)
+    beside = np.hstack([seen == low - 1, seen == high + 1])
+    along = np.tile(((seen >= low) & (seen <= high))[:, ::-1], 2)
+    longest = np.tile((high - low + 1)[::-1], 2)
+    counts = np.count_nonzero(beside & along, axis=0)
+    return bool(np.any(counts >= np.maximum(3, _ROW * longest)))
 
 
 def _measured(grey: GreyImage, part: Part, places: IntArray, factor: int) -> Corners | None:

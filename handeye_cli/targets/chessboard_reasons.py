@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handeye_cli.records import FloatArray, IntArray
+from handeye_cli.targets import image_sides
 from handeye_cli.targets.saddle_lattice import Part
 
 _FEW = 0.4
 """Least share of the corners from which on it is told where the others are."""
+_OUTSIDE = 0.9
+"""Least share of the missing corners that lie outside of an image that cuts the board."""
 
 
 @dataclass
@@ -24,6 +26,7 @@ class Attempts:
         covered: Largest number of corners on one lattice, where those of the board should be.
         other: Columns and rows of the board that these corners make, when it is another one.
         sides: Sides of the image beyond which the missing corners lie.
+        larger: Whether another row or column of corners lies beside those of the board.
     """
 
     columns: int
@@ -31,6 +34,7 @@ class Attempts:
     covered: int = 0
     other: tuple[int, int] | None = None
     sides: list[str] = field(default_factory=list)
+    larger: bool = False
 
     def saw(self, part: Part, places: list[IntArray], covered: int, size: tuple[int, ...]) -> None:
         """Note a part of a lattice.
@@ -48,11 +52,11 @@ class Attempts:
         extent = np.ptp(part.places, axis=0) + 1
         full = len(part.places) == np.prod(extent)
         same = sorted(extent.tolist()) == sorted((self.columns, self.rows))
-        outside = [_outside(part.located(each), size) for each in places]
-        best = max(outside, key=lambda each: int(each.any(axis=1).sum()))
-        if best.any(axis=1).sum() >= 0.9 * (total - covered) > 0:
-            names = np.array(["left", "top", "right", "bottom"])
-            self.sides = names[best.any(axis=0)].tolist()
+        most = max(
+            (_leaving(part.located(each), size) for each in places), key=lambda each: each.outside
+        )
+        if most.outside >= _OUTSIDE * (total - covered) > 0:
+            self.sides = most.sides
         elif full and not same and extent.min() >= 2:
             self.other = (int(extent.max()), int(extent.min()))
 
@@ -62,18 +66,18 @@ class Attempts:
         if self.other is not None and self.covered >= _FEW * total:
             other = f"{self.other[0]}x{self.other[1]}"
             return f"{other} inner corners of a chessboard were found, not {name}"
+        if self.larger:
+            return f"the corners go on beyond {name}: the board is a larger one"
         if self.covered == total:
             return f"the corners go on beyond {name}: the declared board fits several places"
         if self.sides and self.covered >= _FEW * total:
-            where = " and ".join(self.sides)
-            return f"{self.covered} of {total} corners: the board leaves the image on the {where}"
+            where = image_sides.named(self.sides)
+            return f"{self.covered} of {total} corners: the board leaves the image {where}"
         missing = f"no chessboard of {name} inner corners was found"
         if self.covered < 4:
             return missing
         return f"{missing}: at most {self.covered} of {total} corners lie on one"
 
 
-def _outside(pixels: FloatArray, size: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Return the (n, 4) sides, left, top, right and bottom, beyond which pixels lie."""
-    last = np.array(size[::-1]) - 1.0
-    return np.hstack([pixels < 0.0, pixels > last])
+def _leaving(pixels: FloatArray, size: tuple[int, ...]) -> image_sides.Leaving:
+    return image_sides.leaving(np.stack([pixels, pixels], axis=1), size)

@@ -16,7 +16,7 @@ from handeye_cli.targets.board import Detection
 from handeye_cli.targets.disc_board import DiscBoard
 from handeye_cli.targets.discs import Pattern, find_discs
 from handeye_cli.targets.drawing import Drawing, outline_around
-from handeye_cli.targets.keys import Range, refuse
+from handeye_cli.targets.keys import Range, refuse, require_few
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class DiscGrid(DiscBoard):
     corner_diameter_mm: float | None = None
 
     def __post_init__(self) -> None:
+        require_few(self.columns, self.rows, "discs")
         if self.diameter_mm >= self.spacing_mm:
             raise refuse(
                 f"expected a diameter_mm below the spacing_mm of {self.spacing_mm:g}, "

@@ -1,7 +1,10 @@
 """Ways to seek discs in an image: reduced or enlarged, through windows of several widths.
 
 Most plates are found at the first step, in an image of moderate size as it is. The others are for
-smaller discs, light ones, noise, and narrow gaps that are open only in an enlarged image.
+smaller discs, light ones, noise, and narrow gaps that are open only in an enlarged image. The last
+ones are for slim discs beside dark surroundings: there the light around, and how far a disc is
+below it, are those of the surroundings unless the window is little wider than a disc and the depth
+is small. In clutter they see hundreds of spots, which tell nothing of a plate that is not found.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ import numpy as np
 
 from handeye_cli.records import GreyImage
 from handeye_cli.targets.disc_spots import Spots, find_spots
+from handeye_cli.targets.resampling import enlarged, reduced
 
 _SIDE = 800
 """Pixels of the longer side of the image the discs are sought in first, at most."""
@@ -21,6 +25,8 @@ _ENLARGED = 1600
 """The same of an image that is also looked at enlarged."""
 _MEDIUM, _SMALL, _LARGE, _NARROW = (45, 0.2), (23, 0.4), (161, 0.0), (31, 0.5)
 """Ways to tell dark from light: window, pixels, and depth."""
+_LONG, _SHORT, _SHORTEST = (31, 0.1), (15, 0.3), (11, 0.1)
+"""The same for slim discs, the first as the image is and the others in an enlarged image."""
 
 
 class Step(NamedTuple):
@@ -32,6 +38,7 @@ class Step(NamedTuple):
         depth: See `find_spots`.
         smooth: Whether noise is smoothed out first.
         light: Whether light discs are sought instead of dark ones.
+        telling: Whether spots without a grid among them may be the plate's.
     """
 
     factor: float
@@ -39,25 +46,28 @@ class Step(NamedTuple):
     depth: float
     smooth: bool
     light: bool
+    telling: bool = True
 
 
 @lru_cache
 def ladder(size: tuple[int, ...]) -> tuple[Step, ...]:
     """Return the ways to seek discs in an image of some size, the likely and quick ones first.
 
-    An image at its full size is looked at late and enlarged last, and serves small discs only.
+    An image at its full size is looked at late, and enlarged later, and serves small discs only.
 
     Args:
         size: Height and width.
     """
     coarse = max(1, min(-(-max(size) // _SIDE), *size))
     fine = -(-coarse // 2)
+    enlarging = max(size) <= _ENLARGED
     likely = [(coarse, *_MEDIUM), (fine, *_SMALL)]
     noisy = [(coarse, *_LARGE), (coarse, *_MEDIUM), (1, *_SMALL)]
-    narrow = [(0.5, *_NARROW)] if max(size) <= _ENLARGED else []
+    narrow = [(0.5, *_NARROW)] if enlarging else []
+    slim = [(1, *_LONG), *([(0.5, *_SHORT), (0.5, *_SHORTEST)] if enlarging else [])]
     steps = [
-        Step(factor, window, depth, ways is noisy, light)
-        for ways in (likely, noisy, narrow)
+        Step(factor, window, depth, ways is noisy, light, telling=ways is not slim)
+        for ways in (likely, noisy, narrow, slim)
         for light in (False, True)
         for factor, window, depth in ways
     ]
@@ -77,24 +87,3 @@ def spots_of(grey: GreyImage, step: Step) -> Spots:
     image = 255 - image if step.light else image
     times = 1.0 / min(step.factor, 1.0)
     return find_spots(image, step.window, step.depth, enlarged=times).scaled(step.factor)
-
-
-def enlarged(grey: GreyImage) -> GreyImage:
-    """Return an image twice as high and wide, in which narrow gaps between discs are open."""
-    twice = cv2.resize(grey, None, fx=2.0, fy=2.0, interpolation=cv2.INTER_CUBIC)
-    return np.asarray(twice, dtype=np.uint8)
-
-
-def reduced(grey: GreyImage, factor: int) -> GreyImage:
-    """Return an image whose pixels are the means of factor x factor pixels."""
-    rows, columns = (size // factor for size in grey.shape)
-    image = grey[: rows * factor, : columns * factor]
-    # halving has a fast path of its own
-    while factor % 2 == 0:
-        factor //= 2
-        size = (columns * factor, rows * factor)
-        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    if factor > 1:
-        small = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA)
-        return np.asarray(small, dtype=np.uint8)
-    return image

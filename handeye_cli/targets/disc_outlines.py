@@ -41,6 +41,9 @@ _GROWN = 1.6
 _MARGIN = 1.0
 """Pixels between a whole disc and the middles of the image's outermost pixels."""
 
+_AT_ONCE = 2000
+"""Discs sampled at once: OpenCV's images of rays are at most 32766 pixels wide."""
+
 _STEPS = np.linspace(0.0, 1.0, _SAMPLES)
 _ANGLES = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -160,6 +163,9 @@ def _points(outlines: Outlines, radii: FloatArray) -> SingleArray:
 
 def _sampled(image: GreyImage, points: SingleArray) -> SingleArray:
     """Return the (m, n, rays) grey levels at (2, m, n, rays) points, beyond the edge as there."""
+    parts = [points[:, :, k : k + _AT_ONCE] for k in range(0, points.shape[2], _AT_ONCE)]
+    if len(parts) > 1:
+        return np.concatenate([_sampled(image, part) for part in parts], axis=1)
     x, y = points.reshape(2, points.shape[1], -1)
     levels = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(levels.reshape(points.shape[1:]), dtype=np.float32)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from handeye_cli.records import FloatArray, GreyImage
-from handeye_cli.targets import image_faults
-from handeye_cli.targets.disc_spots import BoolArray
+from handeye_cli.targets import image_faults, image_sides
 
 _SMALLEST = 6.0
 """Width in pixels below which discs are lost."""
@@ -25,7 +23,6 @@ _AMONG = (0.85, 0.6)
 and of those ever seen, up to the number of discs."""
 _HALF = 0.5
 """Share of the discs that must be seen to take what else is there for theirs."""
-_SIDES = ("left", "top", "right", "bottom")
 
 
 @dataclass
@@ -75,16 +72,23 @@ class Attempts:
         self.larger |= covered == self.expected and len(boxes) > 1
         if covered <= self.covered:
             return
-        outside = [_outside(each, size) for each in boxes]
-        best = max(outside, key=lambda each: int(each.any(axis=1).sum()))
+        # of all ways the one with the most discs outside, which leaves the fewest absent
+        outside, self.sides = max(
+            (image_sides.leaving(each, size, _EDGE) for each in boxes),
+            key=lambda each: each.outside,
+        )
         self.covered, self.among = covered, self._last
-        self.sides = np.array(_SIDES)[best.any(axis=0)].tolist()
-        self.absent = self.expected - covered - int(best.any(axis=1).sum())
+        self.absent = self.expected - covered - outside
 
     def refuted(self, between: int, beyond: int) -> None:
         """Note discs between those of a grid that was found, and where its next row would be."""
         self.between = max(self.between, between)
         self.larger |= beyond > 0
+
+    @property
+    def refused(self) -> bool:
+        """Whether the plate that was seen is another one."""
+        return self.larger or self.between > 0
 
     def reason(self, grey: GreyImage) -> str:
         """Return the most telling reason for an image without the grid."""
@@ -100,7 +104,7 @@ class Attempts:
         cause = None if known and cut else image_faults.fault(grey, all_around=discs)
         if cut and cause is None:
             found = f"{self.covered} of {self.expected} discs"
-            return f"{found}: the plate leaves the image {_where(self.sides)}"
+            return f"{found}: the plate leaves the image {image_sides.named(self.sides)}"
         cause = cause or self._narrow()
         if not known and (self.spots >= self.expected or self._lattice()):
             found = f"{self.spots} spots like discs were found, but no grid of {self.name} among"
@@ -155,16 +159,3 @@ class Attempts:
         if count < _HALF * self.expected:
             return None
         return f"some {count} spots lie {apart:.1f} px apart, too small for discs, {_NEEDED}"
-
-
-def _where(sides: Sequence[str]) -> str:
-    if len(sides) == len(_SIDES):
-        return "on all sides"
-    *most, last = sides
-    return f"on the {', '.join(most)} and {last}" if most else f"on the {last}"
-
-
-def _outside(boxes: FloatArray, size: tuple[int, ...]) -> BoolArray:
-    """Return the (n, 4) sides, left, top, right and bottom, that boxes touch or lie beyond."""
-    last = np.array(size[::-1]) - 1.0
-    return np.hstack([boxes[:, 0] < _EDGE, boxes[:, 1] > last - _EDGE])

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.records import FloatArray, GreyImage, IntArray
@@ -22,7 +23,7 @@ from handeye_cli.targets.disc_lattice import Cells, grow
 from handeye_cli.targets.disc_outlines import Outlines
 from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
 from handeye_cli.targets.disc_strangers import Strangers, strangers
-from handeye_cli.targets.disc_window import windows
+from handeye_cli.targets.layout_places import best_places
 
 _DOUBT = 1.25
 """Pixels by which the edge of a spot may be off, of the image and of that it was found in each."""
@@ -45,6 +46,8 @@ _ANGULAR = 0.048
 """Median RMS distance of the edges to ellipses, in radii, beyond which they are squares: 0.057."""
 _CORNERS, _CORNERS_PX = 0.02, 0.1
 """Fourth harmonic that discs have in common, in radii and pixels, at most: squares have 0.035."""
+_BY_CHANCE = 16
+"""Discs of a grid below which some among hundreds of spots in clutter may lie on one by chance."""
 _WIDE = 1.3
 """A spot of so many times the expected area may be the larger corner disc."""
 
@@ -70,10 +73,13 @@ class Pattern:
     @cached_property
     def closeness(self) -> FloatArray:
         """(n, n) one over the fourth power of the distances of places, 0 of a place to itself."""
-        x, y = self.places.T.astype(np.float64)
-        square = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
+        places = self.places.astype(np.float64)
+        square = np.asarray(cdist(places, places, "sqeuclidean"))
         np.fill_diagonal(square, np.inf)
-        return np.asarray(1.0 / square**2)
+        # in place: of thousands of discs one such table is large enough
+        square *= square
+        np.reciprocal(square, out=square)
+        return square
 
 
 @dataclass(frozen=True)
@@ -159,6 +165,8 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
     attempts = disc_reasons.Attempts(len(pattern.lattice), pattern.name)
     search = _Search(grey, pattern)
     for step in ladder(grey.shape):
+        if not step.telling and (len(pattern.lattice) < _BY_CHANCE or attempts.refused):
+            break
         spots = spots_of(grey, step)
         misses = []
         for part in grow(spots, pattern.reach, pattern.larger, enough=len(pattern.lattice)):
@@ -166,6 +174,8 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
             if isinstance(found, Discs):
                 return found
             misses.append(found)
+        if not step.telling:
+            continue
         attempts.saw(spots.widths)
         for miss in misses:
             attempts.fitted(miss.covered, miss.boxes, grey.shape)
@@ -176,7 +186,7 @@ def find_discs(grey: GreyImage, pattern: Pattern) -> Discs | str:
 def _arranged(search: _Search, step: Step, spots: Spots, part: Cells) -> Discs | _Miss:
     """Return the discs of a part of a lattice, measured, if they are the declared ones."""
     pattern = search.pattern
-    candidates, covered = windows(pattern.places, part.places)
+    candidates, covered = best_places(pattern.places, part.places)
     found, strange = [], Strangers()
     whole, several = covered == len(pattern.places), len(candidates) > 1
     # of several places for a whole grid none is right; spots beside the part may complete another

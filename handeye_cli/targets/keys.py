@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
@@ -19,6 +18,10 @@ _ACCEPTED: dict[type, tuple[type, ...]] = {
     str: (str,),
     bool: (bool,),
 }
+
+_LENGTHS_MM = (1e-6, 1e6)
+_MOST_POINTS = 5000
+"""Discs or corners that are looked for in an image, at most."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,22 @@ def refuse(message: str, hint: str | None = None) -> InputError:
     return InputError(message, where="target", hint=hint)
 
 
+def require_few(columns: int, rows: int, points: str) -> None:
+    """Check that a target has no more points than are looked for in an image.
+
+    Args:
+        columns: Points in a row.
+        rows: Rows of points.
+        points: What they are.
+
+    Raises:
+        InputError: There are more.
+    """
+    if columns * rows > _MOST_POINTS:
+        found = f"found {columns} x {rows} = {columns * rows}"
+        raise refuse(f"expected at most {_MOST_POINTS} {points}, {found}")
+
+
 def read(board: type[BoardT], parameters: Mapping[str, Any]) -> BoardT:
     """Return the board with these parameters.
 
@@ -101,8 +120,12 @@ def _checked(key: Key, value: Any) -> Any:
     least, most = key.limits.least, key.limits.most
     if key.kind is int and not least <= value <= most:
         raise refuse(f"expected a whole number from {least} to {most} as {key.name}, found {value}")
-    if key.kind is float and not (math.isfinite(value) and value > 0):
-        raise refuse(f"expected a length above 0 mm as {key.name}, found {value}")
+    shortest, longest = _LENGTHS_MM
+    if key.kind is float and not shortest <= value <= longest:
+        expected = f"expected a length above 0 mm as {key.name}"
+        if value > 0:
+            expected = f"expected a length from {shortest:g} to {longest:g} mm as {key.name}"
+        raise refuse(f"{expected}, found {value}")
     return value
 
 

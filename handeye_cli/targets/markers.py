@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -108,23 +109,43 @@ def is_apriltag(name: str) -> bool:
     return name.startswith(_FAMILY)
 
 
-def find_tags(grey: GreyImage, name: str) -> dict[int, FloatArray]:
-    """Return the tags of a dictionary that are seen exactly once.
+class Tags(NamedTuple):
+    """The tags of a dictionary in an image.
+
+    Attributes:
+        once: Ids, ascending, of those that are seen exactly once, and their (4, 2) corners in
+            pixels: top left, top right, bottom right and bottom left of the upright tag, good to a
+            pixel or two. An AprilTag is upright as its authors publish it.
+        repeated: Ids of those that are seen more often, which leaves open where they are.
+    """
+
+    once: dict[int, FloatArray]
+    repeated: tuple[int, ...]
+
+
+def find_tags(grey: GreyImage, name: str) -> Tags:
+    """Return the tags of a dictionary that are seen.
 
     Args:
         grey: (height, width) image.
         name: The dictionary's name.
-
-    Returns:
-        Tag ids, ascending, and their (4, 2) corners in pixels: top left, top right, bottom right
-        and bottom left of the upright tag, good to a pixel or two. An AprilTag is upright as its
-        authors publish it.
     """
     ids, quads = _detected(grey, name)
     if is_apriltag(name) and _apriltags_upside_down():
         quads = np.roll(quads, 2, axis=1)
     found, where, times = np.unique(ids, return_index=True, return_counts=True)
-    return {int(i): quads[k] for i, k, n in zip(found, where, times, strict=True) if n == 1}
+    return Tags(
+        {int(i): quads[k] for i, k, n in zip(found, where, times, strict=True) if n == 1},
+        tuple(found[times > 1].tolist()),
+    )
+
+
+def none_found(name: str, repeated: Sequence[int]) -> str:
+    """Return that there is no tag of a dictionary, but for those that are seen several times."""
+    if not repeated:
+        return f"no tag of {name} was found"
+    listed = ", ".join(map(str, repeated))
+    return f"no tag of {name} was found just once, but several with the ids {listed}"
 
 
 def _detected(grey: GreyImage, name: str) -> tuple[IntArray, FloatArray]:

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 
 from handeye_cli.geometry import pnp
-from handeye_cli.geometry.camera import PlateToPixel, bend, normalise
+from handeye_cli.geometry.camera import PlateToPixel, distort, normalise
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import Camera, FloatArray
 
 _CLOSE = 1e-7
@@ -38,7 +39,7 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
         return _bent(H, plate, pixels) if len(plate) >= _ENOUGH else lambda p: _projective(H, p)
     H, parameters, model = _homography(plate, directions), camera.parameters, camera.model
     focal, middle, distortion = parameters[:2], parameters[2:4], parameters[4:]
-    return lambda p: bend(_projective(H, p), distortion, model) * focal + middle
+    return lambda p: distort(_projective(H, p), distortion, model) * focal + middle
 
 
 def _homography(plate: FloatArray, image: FloatArray) -> FloatArray:
@@ -55,8 +56,7 @@ def _homography(plate: FloatArray, image: FloatArray) -> FloatArray:
 
 def _bent(H: FloatArray, plate: FloatArray, pixels: FloatArray) -> PlateToPixel:
     """Return a homography and a cubic for what it misses."""
-    low, high = plate.min(axis=0), plate.max(axis=0)
-    middle, extent = (low + high) / 2, (high - low).max() / 2
+    middle, extent = middle_of(plate), np.ptp(plate, axis=0).max() / 2
     terms = _cubic_terms((plate - middle) / extent)
     missed, *_ = np.linalg.lstsq(terms, pixels - _projective(H, plate), rcond=None)
     return lambda p: _projective(H, p) + _cubic_terms((p - middle) / extent) @ missed

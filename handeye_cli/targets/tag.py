@@ -16,6 +16,7 @@ from handeye_cli.targets.markers import (
     dictionary_name,
     family_name,
     find_tags,
+    none_found,
     require_markers,
     tag_cells,
     upright,
@@ -52,10 +53,12 @@ class _Tag(Board):
 
     def detect(self, grey: GreyImage) -> Detection:
         """Return the tag's corners, or why it was not found."""
-        tags = find_tags(grey, self._markers)
+        tags, repeated = find_tags(grey, self._markers)
+        if self.id in repeated:
+            return Detection.missing(f"tag {self.id} was found several times: one must be seen")
         listed = ", ".join(str(each) for each in tags)
         if not tags:
-            return Detection.missing(f"no tag of {self._markers} was found")
+            return Detection.missing(none_found(self._markers, repeated))
         if self.id is None and len(tags) > 1:
             return Detection.missing(f"several tags were found, with the ids {listed}: name one")
         wanted = next(iter(tags)) if self.id is None else self.id

@@ -21,6 +21,7 @@ from handeye_cli.targets.markers import (
     family_name,
     find_tags,
     is_apriltag,
+    none_found,
     require_markers,
     tag_cells,
     upright,
@@ -76,10 +77,10 @@ class _TagGrid(Board):
         AprilTags are printed upright or, by OpenCV up to 5.0, upside down each: the way that lies
         flat is taken, for which two tags must be seen.
         """
-        found = find_tags(grey, self._markers)
+        found, repeated = find_tags(grey, self._markers)
         tags = {tag: quad for tag, quad in found.items() if tag < self.columns * self.rows}
         if not tags:
-            return Detection.missing(f"no tag of {self._markers} was found")
+            return Detection.missing(none_found(self._markers, repeated))
         if len(tags) == 1 and is_apriltag(self._markers):
             return Detection.missing("1 tag was found: at least 2 are needed")
         numbers = np.array(list(tags), dtype=np.int64)

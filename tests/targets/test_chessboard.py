@@ -4,6 +4,7 @@ import pytest
 from targets.rendering import chessboard, pose_view, project, render
 
 from handeye_cli import targets
+from handeye_cli.targets.chessboard_finder import _goes_on
 
 
 def board_of(shape):
@@ -85,6 +86,30 @@ def test_another_board_is_named(declared):
     assert board_of(declared).detect(image).reason == (
         f"9x6 inner corners of a chessboard were found, not {declared}"
     )
+
+
+@pytest.mark.parametrize("larger", ["10x6", "9x7"])
+def test_a_larger_board_with_a_covered_corner_is_not_taken_for_the_declared_one(larger):
+    """One corner less at one end leaves one place for the declared board, the wrong one."""
+    board = board_of(larger)
+    image, H = picture(board, roll=8, distance=22)
+    rim = 3 * board.columns - 1 if larger == "10x6" else 6 * board.columns + 3
+    u, v = np.rint(project(H, board.points() * 1000)[rim]).astype(int)
+    image[v - 7 : v + 8, u - 7 : u + 8] = 120
+    assert board_of("9x6").detect(image).reason == (
+        "the corners go on beyond 9x6: the board is a larger one"
+    )
+
+
+@pytest.mark.parametrize(("count", "larger"), [(2, False), (3, False), (4, True), (6, True)])
+@pytest.mark.parametrize("side", range(4))
+def test_most_of_a_row_beside_a_board_makes_it_a_larger_one(side, count, larger):
+    board = np.argwhere(np.ones((6, 6), dtype=bool))
+    row = np.stack([np.arange(count), np.full(count, (-1, 6)[side // 2])], axis=1)
+    seen = np.concatenate([board, row if side % 2 else row[:, ::-1]])
+    assert _goes_on(seen, board) == larger
+    aside = row + np.array([7, 0])
+    assert not _goes_on(np.concatenate([board, aside]), board)
 
 
 def test_half_a_board_tells_how_much_was_found():

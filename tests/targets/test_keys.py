@@ -24,6 +24,20 @@ FAULTS = {
     "negative": ("disc-grid", DISCS | {"spacing_mm": -5}, ["above 0", "spacing_mm", "-5"]),
     "zero": ("disc-grid", DISCS | {"diameter_mm": 0}, ["above 0", "diameter_mm", "found 0"]),
     "not finite": ("disc-grid", DISCS | {"spacing_mm": float("nan")}, ["spacing_mm", "nan"]),
+    "longer than a float": ("disc-grid", DISCS | {"spacing_mm": 10**400}, ["1e+06 mm", "found 10"]),
+    "as good as nothing": (
+        "chessboard", {"columns": 9, "rows": 6, "square_mm": 1e-320}, ["from 1e-06", "1e-320"],
+    ),
+    "too many discs": (
+        "disc-grid", DISCS | {"rows": 72, "columns": 70}, ["at most 5000 discs", "70 x 72 = 5040"],
+    ),
+    "too many circles": (
+        "asymmetric-circles", DISCS | {"rows": 1000, "columns": 1000}, ["1000 x 1000 = 1000000"],
+    ),
+    "too many corners": (
+        "chessboard", {"columns": 6, "rows": 1000, "square_mm": 9},
+        ["at most 5000 corners", "6 x 1000 = 6000"],
+    ),
     "discs touch": (
         "disc-grid", DISCS | {"diameter_mm": 5}, ["below", "spacing_mm of 5", "found 5"],
     ),

@@ -71,7 +71,12 @@ def test_one_of_several_tags_must_be_named():
 def test_a_tag_that_is_seen_twice_is_not_guessed():
     image, _ = picture(together(aruco(7), aruco(7, 1.5)), (2.5, 1), distance=6)
     reason = board_of("aruco:DICT_5X5_100:1mm:id=7").detect(image).reason
-    assert reason == "no tag of DICT_5X5_100 was found"
+    assert reason == "tag 7 was found several times: one must be seen"
+    reason = board_of("aruco:DICT_5X5_100:1mm").detect(image).reason
+    several = "no tag of DICT_5X5_100 was found just once, but several with the ids 7"
+    assert reason == several
+    reason = board_of("aruco-grid:DICT_5X5_100:4x2:1mm:0.4mm").detect(image).reason
+    assert reason == several
 
 
 def grid(draw, columns=3, rows=2, *, upwards=False, only=None, **options):

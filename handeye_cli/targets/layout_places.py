@@ -1,4 +1,4 @@
-"""Where on a lattice of spots the declared layout of discs lies."""
+"""Where on a lattice of discs or corners that were seen the declared layout of a target lies."""
 
 from __future__ import annotations
 
@@ -13,19 +13,23 @@ from handeye_cli.records import IntArray
 
 SingleArray = NDArray[np.float32]
 
+_MOST_POINTS = 50_000
+"""Points of the positions in one turn that are returned: a few places fit a large layout in as many
+ways as it has points."""
 _QUARTER = np.array([[0, -1], [1, 0]])
 
 
-def windows(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int]:
-    """Return where a layout covers the most spots.
+def best_places(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int]:
+    """Return where a layout covers the most places.
 
     Args:
         layout: (n, 2) whole-numbered places of the layout's points.
-        places: (m, 2) places of the spots, in axes of the same handedness.
+        places: (m, 2) places of what was seen, in axes of the same handedness.
 
     Returns:
         (n, 2) places of the points, for each position of the layout with the largest number of
-        spots, quarter turns included unless they cover the same places; and that number.
+        places, quarter turns included unless they cover the same ones; and that number. Of very
+        many positions of a large layout some are returned, two at least.
     """
     best: list[IntArray] = []
     most = 0
@@ -33,8 +37,17 @@ def windows(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int]:
         covered, first = _slid(turned.mask, places)
         if covered.max() > most:
             best, most = [], int(covered.max())
-        best += [turned.places + first + corner for corner in np.argwhere(covered == most)]
+        corners = _some(np.argwhere(covered == most), _MOST_POINTS // len(layout))
+        best += [turned.places + first + corner for corner in corners]
     return best, most
+
+
+def _some(rows: IntArray, most: int) -> IntArray:
+    """Return some of many rows, spread evenly with the first and the last among them."""
+    count = max(2, most)
+    if len(rows) <= count:
+        return rows
+    return rows[np.linspace(0, len(rows) - 1, count).astype(np.int64)]
 
 
 class _Turned(NamedTuple):
