@@ -71,6 +71,18 @@ def images_of(discs: FloatArray, to_pixel: PlateToPixel) -> FloatArray:
     return to_pixel(discs[:, None, :2] + discs[:, 2, None, None] * _PLACES)
 
 
+def local_maps(images: FloatArray) -> FloatArray:
+    """Return how discs are imaged, from the (n, 17, 2) images of their points.
+
+    Returns:
+        (n, 2, 6) coefficients of 1, x, y, xx - yy, 2 xy and xx + yy, in radii from the centre.
+    """
+    around = images.transpose(0, 2, 1)
+    rim, centre = around[..., :-1], around[..., -1:]
+    bent = rim.mean(axis=-1, keepdims=True) - centre
+    return np.concatenate([centre, rim @ _ANALYSIS, bent], axis=-1)
+
+
 def offsets_of_middles(images: FloatArray) -> FloatArray:
     """Return the (n, 2) offsets from the centres' images to the middles of the outlines' ellipses.
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from handeye_cli.geometry.blurred_edge import normal_distribution
 from handeye_cli.geometry.disc_conics import Conics, moved_to, slopes_of
 from handeye_cli.geometry.disc_pixels import EdgePixels, FloatArray, SingleArray
 from handeye_cli.geometry.sensor_limits import IntArray
@@ -19,24 +21,20 @@ _LEAST = np.float32(1e-9)
 
 
 @dataclass(frozen=True)
-class Edges:
-    """Pixels with their distances from the edge, linearised in shift and growth.
+class Edges(ABC):
+    """Pixels around the edges of discs, and how much of each the discs cover.
 
     Attributes:
         weight: (n, m) 1 for a pixel that takes part, else 0.
         grey: (n, m) grey levels, times the weight.
-        terms: (6, n, m) monomials 1, u, v, uu, uv, vv of the offset.
-        distance: (k, n, m) from the edge, pixels, positive inside, and from that of the nearest
-            other disc, if any is near.
-        by_shift: (3, n, m) derivatives of the distance by shift and growth, in radii.
+        terms: (6, n, m) what the light may consist of: monomials 1, u, v, uu, uv, vv of the offset,
+            times the share of the light that a shadow leaves.
         at_limits: (k,) pixels of weight that are black or white, counted row by row.
     """
 
     weight: SingleArray
     grey: SingleArray
     terms: SingleArray
-    distance: SingleArray
-    by_shift: SingleArray
     at_limits: IntArray
 
     @cached_property
@@ -48,6 +46,88 @@ class Edges:
     def clipped(self) -> bool:
         """Whether light beyond the limits of the sensor may be among them."""
         return len(self.at_limits) > 0
+
+    @abstractmethod
+    def covered(self, shape: SingleArray, factor: SingleArray, out: SingleArray) -> SingleArray:
+        """Return the (n, m) shares of the pixels that discs cover, all together.
+
+        Args:
+            shape: (n, 4) shift along the plate's axes and growth, in radii, and blur, pixels.
+            factor: (n, m) what the derivatives are multiplied with.
+            out: (4, n, m) takes the derivatives of the shares by a disc's own shape.
+        """
+
+    def some(self, shape: SingleArray, count: int) -> SomeEdges:
+        """Return about so many pixels of each disc, linearised in the shape of the discs.
+
+        What the sensor clips is taken as it is.
+
+        Args:
+            shape: (n, 4) where to linearise, as `covered` has it.
+            count: Pixels of a disc.
+        """
+        slopes = np.empty((4, *self.grey.shape), np.float32)
+        share = self.covered(shape, np.ones_like(self.grey), slopes)
+        step = max(1, self.grey.shape[1] // count)
+        taken = (self.weight, self.grey, self.terms, share, slopes)
+        weight, grey, terms, share, slopes = (each[..., ::step] for each in taken)
+        return SomeEdges(weight, grey, terms, self.at_limits[:0], share, slopes, shape)
+
+
+@dataclass(frozen=True)
+class SomeEdges(Edges):
+    """Pixels of which discs are known to cover a share that changes linearly with their shape.
+
+    Attributes:
+        share: (n, m) that is covered of the pixels.
+        slopes: (4, n, m) its derivatives by the shape.
+        at: (n, 4) the shape.
+    """
+
+    share: SingleArray
+    slopes: SingleArray
+    at: SingleArray
+
+    def covered(self, shape: SingleArray, factor: SingleArray, out: SingleArray) -> SingleArray:
+        """See `Edges.covered`."""
+        np.multiply(self.slopes, factor, out=out)
+        return self.share + combined(shape - self.at, self.slopes)
+
+
+@dataclass(frozen=True)
+class LargeDiscs(Edges):
+    """Pixels with their distances from the edge, linearised in shift and growth.
+
+    Attributes:
+        distance: (k, n, m) from the edge, pixels, positive inside, and from that of the nearest
+            other disc, if any is near.
+        by_shift: (3, n, m) derivatives of the distance by shift and growth, in radii.
+    """
+
+    distance: SingleArray
+    by_shift: SingleArray
+
+    def covered(self, shape: SingleArray, factor: SingleArray, out: SingleArray) -> SingleArray:
+        """See `Edges.covered`."""
+        blur = shape[:, 3, None]
+        # in place from here on, as time goes into memory
+        blurs = self.distance / blur
+        blurs[0] += combined(shape[:, :3] / blur, self.by_shift)
+        covered, density = normal_distribution(blurs)
+        for other in covered[1:]:
+            covered[0] += other
+        blurs, by_distance = blurs[0], density[0]
+        by_distance *= factor
+        by_distance /= blur
+        np.multiply(self.by_shift, by_distance, out=out[:3])
+        blurs *= by_distance
+        np.negative(blurs, out=out[3])
+        return np.asarray(covered[0])
+
+
+def combined(factors: SingleArray, terms: SingleArray) -> SingleArray:
+    """Return the (n, m) sums of (k, n, m) terms with (n, k) factors."""
+    return np.asarray(np.matmul(factors[:, None], terms.swapaxes(0, 1))[:, 0])
 
 
 @dataclass(frozen=True)
@@ -92,7 +172,7 @@ def measure(
     *,
     blur: float,
     band: float,
-) -> Edges:
+) -> LargeDiscs:
     """Measure pixels against the edges of discs.
 
     Args:
@@ -110,7 +190,7 @@ def measure(
         square = moved_to(others.square, (conics.origin - conics.centre)[:, None])
         distances = np.stack([distance, _nearest(square, 1.0 + growth, pixels.terms)])
     at_limits = pixels.at_limits[weight.ravel()[pixels.at_limits] > 0.0]
-    return Edges(weight, pixels.grey * weight, pixels.terms, distances, by_shift, at_limits)
+    return LargeDiscs(weight, pixels.grey * weight, pixels.terms, at_limits, distances, by_shift)
 
 
 def _distances(conics: Conics, terms: SingleArray, blur: float) -> tuple[SingleArray, SingleArray]:

@@ -5,8 +5,9 @@ modelled on the plate, where it is a circle, and carried into the image by the m
 pixels: perspective and lens distortion within each disc are part of the model.
 
 A first round looks at a few pixels along spokes, and finds out about the blur and the light. Then
-all pixels of a band around the discs' edges take part. A slope of the light looks much like a
-shift; it is tied to the light's course over the plate.
+all pixels of a band around the discs' edges take part, or all around discs that are not much larger
+than their blur. A slope of the light looks much like a shift; it is tied to the light's course over
+the plate, and to the edge of a shadow where one falls.
 """
 
 from __future__ import annotations
@@ -19,23 +20,27 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_conics import Conics, conics_of, images_of
-from handeye_cli.geometry.disc_edges import measure, others_of
-from handeye_cli.geometry.disc_paper import Patchwork, paper_between
-from handeye_cli.geometry.disc_pixels import FloatArray, band_pixels, spoke_pixels
+from handeye_cli.geometry.disc_edges import Others, measure, others_of
+from handeye_cli.geometry.disc_paper import paper_between
+from handeye_cli.geometry.disc_pixels import FloatArray, area_pixels, band_pixels, spoke_pixels
+from handeye_cli.geometry.disc_priors import Surface
 from handeye_cli.geometry.disc_steps import (
     BLUR,
     GROWTH,
     INK,
-    KEPT_LIGHT,
     KEPT_SHIFT,
     LIGHT,
     SHIFT,
+    Prior,
     Progress,
     first_state,
     settled,
 )
-from handeye_cli.geometry.light_slopes import Course, Light, course_of_light, typical
+from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.geometry.sensor_limits import FIRST_NOISE
+from handeye_cli.geometry.shadow_fit import settled_in_shadow
+from handeye_cli.geometry.small_disc_fit import settled_small
+from handeye_cli.geometry.small_discs import SmallDiscs
 
 _FIRST_BLUR = 0.8
 _FIRST_BAND = 4.0
@@ -45,6 +50,10 @@ _WIDE_BLURS = 3.2
 _BAND_LIMITS = (1.6, 9.0)
 """Then pixels within this multiple of the blur take part, more where shadows fall for they tell
 the course of the light; and the band's limits."""
+_SHARPEST_BEND = 0.35
+"""Blurs in the radius of an outline, from which on an edge is not alone."""
+_MOST_WORK = 3e5
+"""For discs up to which that is allowed for: pixels by blurs along the outline, of all discs."""
 _MISSES = 1.5
 """Mean square residual over the noise that chance does not explain."""
 
@@ -88,30 +97,82 @@ def fit_discs(
     missed = (start - places)[:, None]
     conics = conics_of(images + missed)
     others = others_of(discs, places, conics)
-    pixels = spoke_pixels(image, conics)
-    edges = measure(conics, pixels, others, 0.0, blur=_FIRST_BLUR, band=_FIRST_BAND)
-    first = settled(edges, first_state(edges, _FIRST_BLUR), conics.by_shift, FIRST_NOISE)
-    blur, growth = first.blur, typical(first.state[:, GROWTH])
+    first = _first_round(image, conics, others)
     scale = float(np.min(conics.ellipses.half_axes[1] / discs[:, 2]))
-    paper = paper_between(image, discs, to_pixel, scale, _BAND_BLURS * blur)
-    prior = _light_prior(first, start, paper)
-    moved = _moved(discs, first.state)
-    conics = conics_of(images_of(moved, to_pixel) + missed)
-    band = _band(blur, prior)
-    pixels = band_pixels(image, conics, band)
-    edges = measure(conics, pixels, others, growth, blur=blur, band=band)
-    state = np.concatenate([np.zeros((len(discs), BLUR)), first.state[:, BLUR:]], axis=1)
-    last = settled(edges, state, conics.by_shift, math.sqrt(first.noise), prior)
-    if edges.clipped:
-        # light beyond the limits shows in the edges alone, which now are known better
-        prior = _light_prior(last, start, paper)
-        last = settled(edges, last.state, conics.by_shift, math.sqrt(last.noise), prior)
+    paper = paper_between(image, discs, to_pixel, scale, _BAND_BLURS * first.blur)
+    surface = Surface(start, paper)
+    light = surface.prior(first, first.sound)
+    begun = first.state.copy()
+    small = _are_small(conics, first.blur)
+    if small:
+        begun[:, GROWTH] = typical(begun[:, GROWTH])
+    moved = _moved(discs, begun)
+    images = images_of(moved, to_pixel) + missed
+    conics = conics_of(images)
+    begun[:, :BLUR] = 0.0
+    if small:
+        pixels = area_pixels(image, conics, _WIDE_BLURS * first.blur)
+        near = SmallDiscs.of(images, conics, pixels, first.blur)
+        last = settled_small(near, begun, conics, first.noise, (surface, light))
+    else:
+        last = _settled_large(image, (conics, others), begun, first, (surface, light))
     after = _moved(moved, last.state)
     centres = to_pixel(after[:, :2]) + missed[:, 0]
     return _result(centres, after[:, 2] / discs[:, 2] - 1.0, last, conics)
 
 
-def _band(blur: float, prior: Course) -> float:
+def _first_round(image: NDArray[np.uint8], conics: Conics, others: Others) -> Progress:
+    """Return what a few pixels say of discs, of which only outlines are known."""
+    pixels = spoke_pixels(image, conics)
+    edges = measure(conics, pixels, others, 0.0, blur=_FIRST_BLUR, band=_FIRST_BAND)
+    return settled(edges, first_state(edges, _FIRST_BLUR), conics.by_shift, FIRST_NOISE)
+
+
+def _settled_large(
+    image: NDArray[np.uint8],
+    outlines: tuple[Conics, Others],
+    state: FloatArray,
+    first: Progress,
+    light: tuple[Surface, Prior],
+) -> Progress:
+    """Take the last steps of discs whose edges are bent little within their blur.
+
+    Args:
+        image: (height, width) grey image.
+        outlines: Of the discs as they were found, and of those next to them.
+        state: (n, p) where to start.
+        first: What was found.
+        light: Where more can be learned of the light, and what is known.
+    """
+    (conics, others), (surface, prior) = outlines, light
+    band, growth = _band(first.blur, prior), typical(first.state[:, GROWTH])
+    pixels = band_pixels(image, conics, band)
+    edges = measure(conics, pixels, others, growth, blur=first.blur, band=band)
+    last = settled(edges, state, conics.by_shift, math.sqrt(first.noise), prior)
+    if edges.clipped:
+        # light beyond the limits shows in the edges alone, which now are known better
+        prior = surface.prior(last, last.sound)
+        return settled(edges, last.state, conics.by_shift, math.sqrt(last.noise), prior)
+    if prior.bent:
+        return settled_in_shadow(edges, conics, last, surface, _prior_of)
+    return last
+
+
+def _prior_of(surface: Surface, last: Progress) -> Prior:
+    """Return what the light says about discs of which nothing else is known."""
+    return surface.prior(last, last.sound)
+
+
+def _are_small(conics: Conics, blur: float) -> bool:
+    """Return whether outlines are bent so much that their edges are not alone."""
+    long, short = conics.ellipses.half_axes
+    bend = blur * float(np.max(long / (short * short)))
+    wide = _WIDE_BLURS * blur
+    work = len(long) * float(np.max((long + wide) * (short + wide) * long)) / blur
+    return bend > _SHARPEST_BEND and work < _MOST_WORK
+
+
+def _band(blur: float, prior: Prior) -> float:
     """Return how far from the edges pixels take part in the end."""
     wide = _WIDE_BLURS if prior.bent else _BAND_BLURS
     return min(max(wide * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
@@ -138,20 +199,3 @@ def _result(centres: FloatArray, growth: FloatArray, last: Progress, conics: Con
         contrast=state[:, LIGHT] * (1.0 - state[:, INK]),
         misfit=relative / max(typical(relative), 1e-300),
     )
-
-
-def _light_prior(first: Progress, start: FloatArray, paper: Patchwork) -> Course:
-    """Return how the light should go over each disc, per pixel.
-
-    Its variances are in units of that of a grey level.
-    """
-    sound, noise = first.sound, first.noise
-    spread = noise * first.spread[sound, LIGHT, KEPT_LIGHT]
-    light = Light(
-        np.concatenate([start[sound], paper.places]),
-        np.concatenate([first.state[sound, LIGHT], paper.level]),
-        np.concatenate([spread, np.full(len(paper.level), noise / paper.count)]),
-        np.repeat([True, False], [int(sound.sum()), len(paper.level)]),
-    )
-    course = course_of_light(light, start)
-    return Course(course.mean, course.variance / noise)

@@ -65,6 +65,13 @@ def band_pixels(image: NDArray[np.uint8], conics: Conics, band: float) -> EdgePi
     return _looked_up(image, conics.origin, u, v, weight)
 
 
+def area_pixels(image: NDArray[np.uint8], conics: Conics, band: float) -> EdgePixels:
+    """Select all pixels inside of the outlines or not farther outside than a band."""
+    size = image.shape
+    u, v, weight = ring_pixels(conics.ellipses, conics.origin, size, band + _SLACK, hollow=False)
+    return _looked_up(image, conics.origin, u, v, weight)
+
+
 def _looked_up(
     image: NDArray[np.uint8],
     origin: FloatArray,

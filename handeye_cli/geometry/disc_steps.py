@@ -18,10 +18,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from handeye_cli.geometry.blurred_edge import normal_distribution
-from handeye_cli.geometry.disc_edges import Edges
+from handeye_cli.geometry.disc_edges import Edges, combined
 from handeye_cli.geometry.disc_pixels import FloatArray, SingleArray
-from handeye_cli.geometry.light_slopes import Course, typical
+from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.geometry.sensor_limits import clipped, fainter, held_within, near_limits
 
 GROWTH, BLUR, INK, LIGHT = 2, 3, 4, 5
@@ -32,6 +31,8 @@ _EVEN, _BENT = 3, 6
 _KEPT = (0, 1, LIGHT)
 KEPT_SHIFT, KEPT_LIGHT = slice(0, 2), 2
 """Parameters whose covariances are kept, and where."""
+LEAST_VARIANCE = 1.0 / 12.0
+"""Variance of a grey level that rounding alone leaves."""
 _DAMPING = 1e-6
 _SOUND = 9.0
 """Squared residuals over the median above which a disc is covered or stained."""
@@ -43,6 +44,25 @@ _LIGHT_STILL = 0.2
 """Light beyond the limits of the sensor comes to rest slowly: to this share of the noise."""
 _BLUR_LIMITS = (0.3, 4.0)
 _LARGEST_STEP = np.array([0.2, 0.2, 0.1, 0.3, 0.5, *[1e9] * _BENT])
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known beforehand of the parameters of n discs but for their shifts.
+
+    Attributes:
+        mean: (n, p - 2) expected values.
+        precision: (n, p - 2) the variance of a grey level over those of the parameters; 0 where
+            nothing is known.
+    """
+
+    mean: FloatArray
+    precision: FloatArray
+
+    @property
+    def bent(self) -> bool:
+        """Whether the light bends within a disc."""
+        return bool(self.mean.shape[1] > LIGHT + _EVEN - GROWTH)
 
 
 @dataclass(frozen=True)
@@ -76,7 +96,7 @@ class Progress:
     def noise(self) -> float:
         """Variance of a grey level, that of rounding at least."""
         freedom = np.sum((self.count - self.state.shape[1])[self.sound])
-        return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), 1.0 / 12.0)
+        return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), LEAST_VARIANCE)
 
     @property
     def blur(self) -> float:
@@ -94,11 +114,11 @@ def first_state(edges: Edges, blur: float) -> FloatArray:
     if edges.clipped:
         at = edges.at_limits
         edges = replace(edges, weight=fainter(edges.weight, at), grey=fainter(edges.grey, at))
-    normal, wanted, *_ = _normal_equations(edges, state, None)
+    normal, wanted, _ = normal_equations(linearised(edges, state))
     change = _solved(normal, wanted)[..., 0]
     light, ink = np.maximum(1.0 + change[:, LIGHT], 1.0), change[:, INK]
     contrast = np.copysign(np.maximum(np.abs(light - ink), 1.0), light - ink)
-    state[:, :INK] += _limited(change[:, :INK] / contrast[:, None])
+    state[:, :INK] += limited(change[:, :INK] / contrast[:, None])
     state[:, INK], state[:, LIGHT] = ink / light, light
     state[:, LIGHT + 1 :] = change[:, LIGHT + 1 :]
     return state
@@ -109,7 +129,7 @@ def settled(
     state: FloatArray,
     by_shift: FloatArray,
     noise: float,
-    prior: Course | None = None,
+    prior: Prior | None = None,
 ) -> Progress:
     """Take steps until the discs stay where they are, but few.
 
@@ -118,12 +138,11 @@ def settled(
         state: (n, p) where to start; terms of the light that the prior does not know are left out.
         by_shift: (n, 2, 2) derivatives of the images of the centres by the shifts.
         noise: Standard deviation of a grey level, which matters at the limits of the sensor.
-        prior: What the light should do; variances in units of that of a grey level. None in a
-            first round, which another one follows.
+        prior: What is known beforehand, None in a first round, which another one follows.
     """
     enough = _STILL_AT_FIRST
     if prior is not None:
-        state, enough = _with_terms(state, prior.mean.shape[1]), _STILL
+        state, enough = with_terms(state, GROWTH + prior.mean.shape[1]), _STILL
     for _ in range(_MOST_STEPS_CLIPPED if edges.clipped else _MOST_STEPS):
         last = _stepped(edges, state, noise, prior)
         change = last.state - state
@@ -134,9 +153,9 @@ def settled(
     return last
 
 
-def _with_terms(state: FloatArray, count: int) -> FloatArray:
+def with_terms(state: FloatArray, count: int) -> FloatArray:
     """Return the state with so many terms of the light after its level."""
-    out = np.zeros((len(state), LIGHT + 1 + count))
+    out = np.zeros((len(state), count))
     kept = min(out.shape[1], state.shape[1])
     out[:, :kept] = state[:, :kept]
     return out
@@ -146,43 +165,36 @@ def _light_rests(change: FloatArray, last: Progress) -> bool:
     return float(np.max(np.abs(change[:, LIGHT]))) < _LIGHT_STILL * math.sqrt(last.noise)
 
 
-def _stepped(edges: Edges, state: FloatArray, noise: float, prior: Course | None) -> Progress:
-    normal, wanted, squares, count = _normal_equations(edges, state, noise)
+def _stepped(edges: Edges, state: FloatArray, noise: float, prior: Prior | None) -> Progress:
+    rows, count = _seen(edges, state, noise)
+    normal, wanted, squares = normal_equations(rows)
     if edges.clipped:
         normal, wanted = held_within(normal, wanted, state, (LIGHT, INK), noise)
     solved = _solved(normal, wanted, state, prior)
-    step = _limited(solved[..., 0])
+    step = limited(solved[..., 0])
     after = state + step
     after[:, BLUR] = np.minimum(np.maximum(after[:, BLUR], _BLUR_LIMITS[0]), _BLUR_LIMITS[1])
     squares += np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
     return Progress(after, solved[..., 1:], np.maximum(squares, 0.0), count)
 
 
-def _limited(step: FloatArray) -> FloatArray:
+def limited(step: FloatArray) -> FloatArray:
+    """Return a (n, p) step that is not larger than one may believe."""
     largest = _LARGEST_STEP[: step.shape[1]]
     return np.asarray(np.minimum(np.maximum(step, -largest), largest))
 
 
-def _normal_equations(
-    edges: Edges, state: FloatArray, noise: float | None
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the normal equations of a step, and what they rest on.
-
-    Args:
-        edges: Pixels around the edges.
-        state: (n, p) where the step begins.
-        noise: Standard deviation of a grey level, None to take light as it is.
-
-    Returns:
-        (n, p, p) and (n, p) the equations, (n,) the squares before, (n,) the pixels that take part.
-    """
-    rows = _linearised(edges, state)
-    count = edges.count
-    if edges.clipped and noise is not None:
-        count = count - _clip(edges, rows, noise)
+def normal_equations(rows: SingleArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the (n, p, p) and (n, p) normal equations of (p + 1, n, m) rows, and (n,) squares."""
     products = np.matmul(rows[:-1].swapaxes(0, 1), rows.transpose(1, 2, 0)).astype(float)
     squares = np.einsum("nm,nm->n", rows[-1], rows[-1]).astype(float)
-    return products[..., :-1], products[..., -1], squares, count
+    return products[..., :-1], products[..., -1], squares
+
+
+def _seen(edges: Edges, state: FloatArray, noise: float) -> tuple[SingleArray, FloatArray]:
+    """Return `linearised` as the sensor clips it, and the (n,) pixels that take part."""
+    rows = linearised(edges, state)
+    return rows, edges.count - _clip(edges, rows, noise) if edges.clipped else edges.count
 
 
 def _clip(edges: Edges, rows: SingleArray, noise: float) -> FloatArray:
@@ -200,7 +212,7 @@ def _solved(
     normal: FloatArray,
     wanted: FloatArray,
     state: FloatArray | None = None,
-    prior: Course | None = None,
+    prior: Prior | None = None,
 ) -> FloatArray:
     """Return (n, p, 4): the step, and the covariances with the parameters that are asked for."""
     # nothing at all is seen of a disc outside of the image
@@ -212,31 +224,21 @@ def _solved(
     right[..., 0] = wanted
     right[:, _KEPT, range(1, 1 + len(_KEPT))] = 1.0
     if prior is not None and state is not None:
-        diagonal[:, COURSE] += 1.0 / prior.variance
-        right[:, COURSE, 0] += (prior.mean - state[:, COURSE]) / prior.variance
+        diagonal[:, GROWTH:] += prior.precision
+        right[:, GROWTH:, 0] += (prior.mean - state[:, GROWTH:]) * prior.precision
     return np.asarray(np.linalg.solve(damped, right))
 
 
-def _linearised(edges: Edges, state: FloatArray) -> SingleArray:
+def linearised(edges: Edges, state: FloatArray) -> SingleArray:
     """Return (p + 1, n, m): derivatives of the grey levels by the parameters, and the residuals."""
     single = state.astype(np.float32)
-    blur, ink = single[:, BLUR, None], single[:, INK, None]
+    ink = single[:, INK, None]
     terms = edges.terms[: state.shape[1] - LIGHT]
     rows = np.empty((state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
     # in place from here on, as time goes into memory
-    blurs = edges.distance / blur
-    blurs[0] += _combined(single[:, :BLUR] / blur, edges.by_shift)
-    covered, density = normal_distribution(blurs)
-    for other in covered[1:]:
-        covered[0] += other
-    blurs, covered, by_distance = blurs[0], covered[0], density[0]
-    light = _combined(single[:, LIGHT:], terms)
+    light = combined(single[:, LIGHT:], terms)
     light *= edges.weight
-    by_distance *= light
-    by_distance *= (ink - 1.0) / blur
-    np.multiply(edges.by_shift, by_distance, out=rows[:BLUR])
-    blurs *= by_distance
-    np.negative(blurs, out=rows[BLUR])
+    covered = edges.covered(single[:, :INK], light * (ink - 1.0), rows[:INK])
     np.multiply(light, covered, out=rows[INK])
     covered *= ink - 1.0
     covered += 1.0
@@ -245,8 +247,3 @@ def _linearised(edges: Edges, state: FloatArray) -> SingleArray:
     light *= covered
     np.subtract(edges.grey, light, out=rows[-1])
     return rows
-
-
-def _combined(factors: SingleArray, terms: SingleArray) -> SingleArray:
-    """Return the (n, m) sums of (k, n, m) terms with (n, k) factors."""
-    return np.asarray(np.matmul(factors[:, None], terms.swapaxes(0, 1))[:, 0])

@@ -47,7 +47,12 @@ class Ellipses:
 
 
 def ring_pixels(
-    ellipses: Ellipses, origin: FloatArray, size: tuple[int, ...], band: float
+    ellipses: Ellipses,
+    origin: FloatArray,
+    size: tuple[int, ...],
+    band: float,
+    *,
+    hollow: bool = True,
 ) -> tuple[SingleArray, SingleArray, SingleArray]:
     """Select the pixels within a band around ellipses.
 
@@ -56,6 +61,7 @@ def ring_pixels(
         origin: (n, 2) whole pixels.
         size: Height and width of the image.
         band: Half of the band's width, pixels.
+        hollow: Whether the middles of large ellipses are left out, else all inside is taken.
 
     Returns:
         (n, m) columns and rows of the pixels, from the origins, and their weights: 1, or 0 for what
@@ -69,6 +75,8 @@ def ring_pixels(
     left, top = -origin.T[..., None]
     first = np.maximum(first, left)
     end = np.minimum(last, left + (size[1] - 1)) + 1.0
+    if not hollow:
+        hollow_first, hollow_last = first, first - 1.0
     hollow_end = np.minimum(np.maximum(hollow_last + 1.0, first), end)
     hollow_first = np.minimum(np.maximum(hollow_first, first), end)
     starts = np.concatenate([first, hollow_end], axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ from handeye_cli.records import Camera
 from handeye_cli.simulate.bound import centre_bound
 from handeye_cli.simulate.random_views import DiscView
 from handeye_cli.simulate.render import Appearance, expose, paint_target, render_target
-from handeye_cli.simulate.scenery import Scenery
+from handeye_cli.simulate.scenery import Scenery, shade
 from handeye_cli.targets.drawing import Drawing
 
 CAMERA = Camera(480, 400, 620.0, 615.0, 240.0, 200.0, (-0.2, 0.05, 1e-3, -1e-3, 0.0))
@@ -54,12 +54,12 @@ class View:
         plate = Drawing(np.column_stack([CENTRES, np.full(25, radius)]))
         return render_target(CAMERA, self.pose, plate, appearance=look, rng=rng)
 
-    def bound(self, **look):
+    def bound(self, scenery=None, **look):
         """The least RMS error of the centres, from what moving the discs does to the picture."""
         look, nothing = Appearance(**{"gradient": (0.2, 0.1), **look}), np.zeros((25, 2))
         size = np.zeros((CAMERA.height, CAMERA.width), dtype=np.uint8)
         view = DiscView(
-            size, self.pose, 0.0, nothing, nothing, 0.0, Drawing(DISCS), Scenery(), look
+            size, self.pose, 0.0, nothing, nothing, 0.0, Drawing(DISCS), scenery or Scenery(), look
         )
         return np.sqrt(np.mean(np.trace(centre_bound(CAMERA, view), axis1=1, axis2=2)) / 2)
 
@@ -232,3 +232,84 @@ def test_drawings_in_sharp_black_and_white_lose_no_disc(distance):
         fit = view.fit(rng, picture)
         assert np.max(np.abs(fit.pixels - view.truth)) < 0.05
         assert np.max(fit.misfit) < 10.0
+
+
+TINY = Appearance(blur_px=1.0, gradient=(0.3, 0.2))
+
+
+@pytest.mark.parametrize(("tilt_deg", "distance"), [(30.0, 0.30), (50.0, 0.26), (55.0, 0.34)])
+def test_discs_hardly_larger_than_their_blur_reach_the_bound(tilt_deg, distance):
+    """Half axes of 2.1 to 4.1 pixels and a blur of 1.04: neighbours' edges lie in each other.
+
+    An RMS of 150 numbers is known within 6 %, but errors of neighbours go together.
+    """
+    rng = np.random.default_rng([43, int(tilt_deg)])
+    view = View.at(rng, tilt_deg, distance)
+    light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=TINY)
+    errors, squares = [], []
+    for _ in range(3):
+        fit = view.fit(rng, expose(light, 1.5, rng))
+        error = fit.pixels - view.truth
+        errors.append(error)
+        squares.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(fit.covariance), error))
+    bound = view.bound(blur_px=1.0, gradient=(0.3, 0.2), noise=1.5)
+    assert 0.8 < np.sqrt(np.mean(np.square(errors))) / bound < 1.3
+    assert 1.3**-2 < np.mean(squares) / 2.0 < 1.3**2
+
+
+def test_small_discs_have_no_bias():
+    rng = np.random.default_rng(47)
+    view = View.at(rng, 50.0, 0.26)
+    light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=TINY)
+    errors = np.array(
+        [view.fit(rng, expose(light, 0.5, rng)).pixels - view.truth for _ in range(8)]
+    )
+    chance = np.mean(errors.var(axis=0, ddof=1)) / 8
+    assert np.mean(errors.mean(axis=0) ** 2) < 0.001**2 + chance
+
+
+@pytest.mark.parametrize("margin", [1.7e-3, 2.5e-3])
+def test_the_end_of_the_plate_close_to_small_discs_does_no_harm(margin):
+    """It is 2 blurs and more from the outer discs, where the light falls by half."""
+    rng = np.random.default_rng([53, int(1e4 * margin)])
+    view = View.at(rng, 50.0, 0.26)
+    low, high = CENTRES.min(axis=0) - 2e-3 - margin, CENTRES.max(axis=0) + 2e-3 + margin
+    plate = Drawing(DISCS, outline=np.stack([low, high]))
+    look = replace(TINY, background=100.0)
+    light = paint_target(CAMERA, view.pose, plate, appearance=look)
+    errors = [view.fit(rng, expose(light, 1.5, rng)).pixels - view.truth for _ in range(3)]
+    bound = view.bound(blur_px=1.0, gradient=(0.3, 0.2), noise=1.5)
+    assert np.sqrt(np.mean(np.square(errors))) / bound < 1.5
+
+
+@pytest.mark.parametrize("radius", [1.9e-3, 2.1e-3])
+def test_small_discs_printed_five_percent_too_small_or_large(radius):
+    rng = np.random.default_rng(59)
+    view = View.at(rng, 50.0, 0.26)
+    plate = Drawing(np.column_stack([CENTRES, np.full(25, radius)]))
+    light = paint_target(CAMERA, view.pose, plate, appearance=TINY)
+    fit = view.fit(rng, expose(light, 0.5, rng))
+    assert rms(fit, view) < 0.01
+    assert np.median(fit.growth) == pytest.approx(radius / 2e-3 - 1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("distance", "shadow_px"), [(0.065, 14.0), (0.1, 10.0), (0.16, 4.0)])
+def test_discs_that_the_edge_of_a_shadow_crosses_reach_the_bound(distance, shadow_px):
+    """The edge is sharper than a disc, whose light is then no plane and no quadratic."""
+    rng = np.random.default_rng([61, int(shadow_px)])
+    view = View.at(rng, 25.0, distance)
+    scenery = Scenery(shadow=0.5, shadow_px=shadow_px, shadow_angle=0.6)
+    light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=LIGHT)
+    light *= shade(CAMERA, scenery, view.truth.mean(axis=0))
+    errors, squares = [], []
+    for _ in range(3):
+        fit = view.fit(rng, expose(light, 2.0, rng))
+        error = fit.pixels - view.truth
+        errors.append(error)
+        squares.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(fit.covariance), error))
+    ratio = np.sqrt(np.mean(np.square(errors))) / view.bound(scenery=scenery, noise=2.0)
+    assert 0.8 < ratio < 1.4
+    assert 1.3**-2 < np.mean(squares) / 2.0 < 1.3**2
+    # light as it is seen, from ink to paper
+    lit = (view.truth - view.truth.mean(axis=0)) @ [np.cos(0.6), np.sin(0.6)] < -3 * shadow_px
+    assert np.median(fit.contrast[lit]) == pytest.approx(170.0, rel=0.15)

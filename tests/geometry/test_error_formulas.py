@@ -7,10 +7,10 @@ import pytest
 
 from handeye_cli.conventions import MIL, MRAD, Setup
 from handeye_cli.geometry import error_formulas, rotations, se3
-from handeye_cli.geometry.error_formulas import CriticalFactors, StationNoise
+from handeye_cli.geometry.error_formulas import FormulaFactors, StationNoise
+from handeye_cli.geometry.error_radius import MAX_OVER_RMS
 from handeye_cli.geometry.star import all_pairs, star_pairs
 from handeye_cli.geometry.station_generator import generate_stations, robot_poses
-from handeye_cli.geometry.statistics import MAX_OVER_RMS
 from handeye_cli.solvers import Problem, tsai_lenz
 
 INCH = 0.0254
@@ -40,7 +40,7 @@ def motions(A: np.ndarray, B: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray
     return np.linalg.inv(A[j]) @ A[i], B[j] @ np.linalg.inv(B[i])
 
 
-def factors(count: int, pairs: np.ndarray, tilt: float = TILT) -> CriticalFactors:
+def factors(count: int, pairs: np.ndarray, tilt: float = TILT) -> FormulaFactors:
     A, B = stations(count, tilt)
     return error_formulas.critical_factors(A, B, motions(A, B, pairs)[1], pairs)
 
@@ -175,7 +175,7 @@ def test_more_stations_help_by_the_root_of_their_number(count):
 @pytest.mark.parametrize("count", [4, 12, 48])
 def test_translation_scales_with_the_number_at_equal_factors(count):
     three = factors(3, star_pairs(3))
-    many = CriticalFactors(**{**vars(three), "stations": count})
+    many = FormulaFactors(**{**vars(three), "stations": count})
     for formula in (error_formulas.translation_sigma, error_formulas.translation_max):
         ratio = formula(many, NOISE) / formula(three, NOISE)
         assert ratio == pytest.approx(np.sqrt(3 / count), rel=1e-12)
@@ -220,6 +220,19 @@ def test_successive_axes_against_a_loop_over_stations(count, choose):
         found = error_formulas.successive_axes_angles(motion, pairs)
         assert len(found) == 2 * len(pairs) - count
         np.testing.assert_allclose(np.sort(found), np.sort(expected), atol=1e-7)
+
+
+def test_motions_without_rotation_are_across_nothing():
+    A, B = stations(6)
+    pairs = star_pairs(6)
+    _, motion_c = motions(A, B, pairs)
+    turning = error_formulas.critical_factors(A, B, motion_c, pairs)
+    with_rest = np.concatenate([motion_c, np.tile(np.eye(4), (4, 1, 1))])
+    resting = np.concatenate([pairs, pairs[:4]])
+    found = error_formulas.critical_factors(A, B, with_rest, resting)
+    assert found.sine == pytest.approx(turning.sine, rel=1e-12)
+    still = np.tile(np.eye(4), (3, 1, 1))
+    assert error_formulas.critical_factors(A, B, still, star_pairs(3)).sine == 0.0
 
 
 def test_a_motion_without_rotation_has_no_axis():

@@ -191,3 +191,12 @@ def test_the_basis_is_orthonormal_and_holds_what_is_free():
 @pytest.mark.parametrize(("count", "least"), [(1, (3, 3)), (2, (1, 1)), (3, (0, 0)), (9, (0, 0))])
 def test_few_stations_leave_something_free_whatever_they_do(count, least):
     assert fewest_free(count) == least
+
+
+def test_what_is_asked_about_stays_as_it_is():
+    perfect = general_scene(np.random.default_rng(3), 5)
+    covariance = joint_covariance(5, LOW)
+    loops = whiten(loop_jacobians(perfect.A, perfect.B, perfect.X, perfect.Z), covariance)
+    before = loops.design.copy()
+    free_directions(loops, covariance, A=perfect.A, X=perfect.X, B=perfect.B)
+    np.testing.assert_array_equal(loops.design, before)

@@ -14,6 +14,7 @@ from handeye_cli.geometry.motion_invariants import (
     fit_translations,
     pair_angles,
     second_turn,
+    turned_answers,
 )
 from handeye_cli.records import Noise
 
@@ -172,3 +173,27 @@ def test_rotations_about_one_axis_turn_across_none():
     across *= 0.05 / np.linalg.norm(across)
     small = rotations.exp(np.where(np.arange(10) % 2, 1.0, -1.0)[:, None] * across)
     assert second_turn(start @ about @ small, everyone) == pytest.approx(0.05, rel=0.3)
+
+
+@pytest.mark.parametrize("axes", ["xy", "xyz"])
+def test_half_turns_allow_other_rotations_that_are_all_found(axes):
+    """About two axes, and not across, two answers fit; about three that are across, four."""
+    rng = np.random.default_rng(7)
+    frame = rotations.exp(rng.normal(size=3))
+    x, y, z = frame.T
+    aside = {"xy": [x, np.cos(0.7) * x + np.sin(0.7) * y], "xyz": [x, y, z]}[axes]
+    turns = np.array([np.eye(3), *rotations.exp(np.pi * np.array(aside))])
+    R_X, R_Z = rotations.exp(rng.normal(size=(2, 3)))
+    start = rotations.exp(rng.normal(size=3))
+    A = (start @ turns)[None]
+    B = (np.swapaxes(A @ R_X, -1, -2) @ R_Z) @ rotations.exp(1e-4 * rng.normal(size=A.shape[:-1]))
+    mask, keep = np.ones(A.shape[:2], dtype=bool), np.array([A.shape[1]])
+    found = fit_rotations(A, B, mask, keep)
+    others = turned_answers(A, B, found, mask, keep)
+    together = np.concatenate([found.R_X[:, None], others.R_X], axis=1)[0]
+    fitting = together[np.append(found.rms, others.rms) < 1e-3]
+    expected = {"xy": [z], "xyz": [x, y, z]}[axes]
+    wanted = np.concatenate([R_X[None], rotations.exp(np.pi * np.array(expected)) @ R_X])
+    apart = rotations.angle(wanted[:, None] @ np.swapaxes(fitting, -1, -2))
+    assert apart.min(axis=1).max() < 1e-3
+    assert apart.min(axis=0).max() < 1e-3

@@ -96,3 +96,20 @@ def test_what_fills_up_a_row_is_near():
         spare = np.stack([column[k], row[k]], axis=-1)[weight[k] == 0] + origin[k]
         apart = np.linalg.norm(spare - np.array(shape[0]), axis=1)
         assert np.all(apart < max(shape[1]) + 3.0)
+
+
+def test_all_inside_is_selected_on_demand():
+    found, origin = ellipses(SHAPES)
+    column, row, weight = ring_pixels(found, origin, SIZE, 2.0, hollow=False)
+    for k, (centre, half_axes, turn) in enumerate(SHAPES):
+        pixels = (np.stack([column[k], row[k]], axis=-1) + origin[k])[weight[k] > 0].astype(int)
+        mask = np.zeros(SIZE, dtype=int)
+        np.add.at(mask, (pixels[:, 1], pixels[:, 0]), 1)
+        v, u = np.mgrid[: SIZE[0], : SIZE[1]]
+        x, y = u - centre[0], v - centre[1]
+        c, s = np.cos(turn), np.sin(turn)
+        inside = ((c * x + s * y) / half_axes[0]) ** 2 + ((c * y - s * x) / half_axes[1]) ** 2 < 1.0
+        near = distances(centre, half_axes, turn) < 2.0
+        assert mask.max() == 1
+        assert np.all(mask[inside] == 1)
+        assert np.sum((mask == 1) != (inside | near)) <= 6

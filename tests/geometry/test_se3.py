@@ -201,3 +201,12 @@ def test_mean_averages_the_noise_away():
     squares = np.sum(se3.difference(se3.mean(noisy), T) ** 2, axis=1) * count / sigma**2
     # A mean of `trials` chi-squares with 6 degrees of freedom.
     assert np.mean(squares) == pytest.approx(6.0, abs=4 * np.sqrt(12 / trials))
+
+
+@pytest.mark.parametrize("batch", [(), (5,), (2, 3)])
+def test_squares_are_added_up_by_kind(batch):
+    squares = np.random.default_rng(22).uniform(size=(*batch, 6))
+    found = se3.by_kind(squares)
+    assert found.shape == (*batch, 2)
+    assert found[..., 0] == pytest.approx(squares[..., :3].sum(axis=-1))
+    assert found[..., 1] == pytest.approx(squares[..., 3:].sum(axis=-1))

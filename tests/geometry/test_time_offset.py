@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moving_scenes import Run, X, Z
+from moving_scenes import CAMERA, Run, X, Z
 
 from handeye_cli.conventions import Setup
 from handeye_cli.geometry import rotations, se3
-from handeye_cli.geometry.time_offset import MovingViews, estimate, rough_offset
+from handeye_cli.geometry.time_offset import MovingViews, angles_apart, estimate, rough_offset
 from handeye_cli.geometry.trajectory import Trajectory
 
 REACH = 1.0
@@ -82,6 +82,78 @@ def test_wrong_views_are_left_out():
     fit = found(replace(views, B=B))
     assert fit.used.tolist() == (~wrong).tolist()
     assert abs(fit.offset - 0.038) < 4 * fit.sigma < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("wrong", [8, 14])
+def test_a_third_of_wrong_views_does_no_harm(seed, wrong):
+    views, rng = Run(np.random.default_rng(seed)).moving_views(), np.random.default_rng(9)
+    rows = rng.permutation(40)[:wrong]
+    B = views.B.copy()
+    B[rows] = se3.perturb(B[rows], rng.normal(0.0, 0.5, (wrong, 6)))
+    fit = found(replace(views, B=B))
+    assert not fit.used[rows].any()
+    assert np.count_nonzero(fit.used) == 40 - wrong
+    assert abs(fit.offset - 0.038) < 4 * fit.sigma < 1e-3
+
+
+def test_angles_apart_are_those_of_wrong_poses_and_other_times():
+    views = Run(np.random.default_rng(4)).moving_views()
+    right = angles_apart(views, 0.038)
+    # the poses scatter by 0.1 and 0.2 mrad, the way between samples is off by 0.1 mrad
+    assert right.max() < 2e-3
+    assert np.median(angles_apart(views, 0.538)) > 50.0 * np.median(right)
+    B = views.B.copy()
+    B[7] = B[7] @ se3.from_parts(rotations.exp(np.array([0.6, 0.0, 0.0])), np.zeros(3))
+    wrong = angles_apart(replace(views, B=B), 0.038)
+    assert int(np.argmax(wrong)) == 7
+    assert np.delete(wrong, 7).max() < 2e-3
+    alone = angles_apart(replace(views, times=views.times - views.times[-1]), 0.0)
+    assert np.isinf(alone).all()
+
+
+def test_a_slow_estimation_is_given_time():
+    """Fifteen views in 0.4 s: what the noise is and what the offset is settles slowly."""
+    run = Run(np.random.default_rng(1))
+    views, rng = run.moving_views(), np.random.default_rng(9)
+    begin = views.times[10]
+    times = np.linspace(begin, begin + 0.35, 15)
+    path = views.path
+    inside = (path.times > begin - 0.1) & (path.times < begin + 0.4)
+    fits = []
+    for _ in range(6):
+        seen = se3.perturb(run.seen(times + 0.038), rng.normal(0.0, CAMERA, (15, 6)))
+        short = MovingViews(
+            Trajectory(path.times[inside], path.poses[inside]),
+            inverted=False,
+            times=times,
+            B=seen,
+            covariance=views.covariance[:15],
+        )
+        fits.append(estimate(short, 0.04))
+    assert all(fit.converged for fit in fits)
+    # chi-square of six, of which 99.9 % are below 22.5; they share the path's noise
+    assert np.sum([((fit.offset - 0.038) / fit.sigma) ** 2 for fit in fits]) < 2 * 22.5
+
+
+@pytest.mark.parametrize("seed", [0, 12, 34])
+def test_a_search_that_leaves_the_path_finds_nothing(seed):
+    """Where nothing moves, noise drives the offset to where no pose is known."""
+    rng = np.random.default_rng(seed)
+    run = Run(rng)
+    path, begin = run.path(), 1.0 + 0.1 * seed
+    inside = (path.times >= begin) & (path.times <= begin + 0.1)
+    times = np.linspace(begin + 0.02, begin + 0.08, 12)
+    still = se3.inverse(path.at(np.full(12, begin)) @ X) @ Z
+    views = MovingViews(
+        Trajectory(path.times[inside], path.poses[inside]),
+        inverted=False,
+        times=times,
+        B=se3.perturb(still, rng.normal(0.0, 3.0 * CAMERA, (12, 6))),
+        covariance=np.tile(np.diag((3.0 * CAMERA) ** 2), (12, 1, 1)),
+    )
+    fit = estimate(views, 0.0)
+    assert fit is None or not fit.converged or fit.sigma > 0.02
 
 
 def test_a_steady_turn_about_one_axis_tells_no_offset():
