@@ -38,9 +38,12 @@ def run(python: str, words: list[str]) -> dict:
         [python, "-m", "handeye_cli", *words, "--json", "-q", "-o", "-"],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        check=True,
+        capture_output=True,
+        check=False,
+        text=True,
     )
+    if done.returncode:
+        sys.exit(f"FAILED {python}: handeye {' '.join(words)}: {done.stderr}")
     document = json.loads(done.stdout)
     error = document.get("predicted_error", {})
     is_chosen = "--optimize" in words
@@ -107,6 +110,8 @@ def differences(first: dict, other: dict) -> tuple[float, list[str]]:
 
 def main(pythons: list[str]) -> None:
     """Compare all Pythons with the first."""
+    if len(pythons) < 2:
+        sys.exit(__doc__)
     documents = []
     for python in pythons:
         print(f"{python}: {versions(python)}", flush=True)

@@ -3,8 +3,8 @@
 
 A command stands in the fenced block below `<!-- command: NAME -->`. An example stands in a console
 block below `<!-- runnable -->`, or `<!-- runnable: exit 4 -->`: lines that start with `$ ` are run,
-the lines below one are what a terminal shows. Numbers may differ from what is written, words may
-not; a line `...` stands for any lines.
+the lines below one are what a terminal shows. Words have to be those that are written, and numbers
+near those; a line `...` stands for any lines.
 
 Usage:
     run_examples.py --print NAME FILE
@@ -26,6 +26,10 @@ from pathlib import Path
 COMMAND = r"<!-- command: {} -->\s*```\w*\n(.*?)```"
 EXAMPLE = re.compile(r"<!-- runnable(?:: exit (\d+))? -->\s*```console\n(.*?)```", re.DOTALL)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+NEAR = 0.05
+"""Part of a number by which it may differ: versions of a library round in other ways."""
+LAST_DIGITS = 2.0
+"""Units of its last digit by which a number may differ."""
 COLUMNS = 80
 
 
@@ -82,21 +86,36 @@ def read_all(terminal: int) -> bytes:
         parts.append(part)
 
 
-def words(text: str) -> str:
-    """Return text with its numbers masked and its spaces squeezed."""
-    lines = [" ".join(NUMBER.sub("#", line).split()) for line in text.strip().splitlines()]
-    return "\n".join(line for line in lines if line) + "\n"
+def squeezed(text: str) -> list[str]:
+    """Return the lines of a text that are not empty, with their spaces squeezed."""
+    return [" ".join(line.split()) for line in text.splitlines() if line.strip()]
+
+
+def near(shown: str, real: str) -> bool:
+    """Whether a number is as good as the one that is shown."""
+    digits = len(shown.partition("e")[0].partition(".")[2])
+    least = LAST_DIGITS * 10.0**-digits if digits else 0.0
+    return abs(float(shown) - float(real)) <= max(NEAR * abs(float(shown)), least)
+
+
+def alike(shown: str, real: str) -> bool:
+    """Whether a line has the words of the one that is shown, and numbers near its own."""
+    numbers = zip(NUMBER.findall(shown), NUMBER.findall(real), strict=False)
+    return NUMBER.split(shown) == NUMBER.split(real) and all(near(*pair) for pair in numbers)
+
+
+def follows(shown: list[str], real: list[str]) -> bool:
+    """Whether lines are those that are shown, where `...` stands for any."""
+    if not shown:
+        return not real
+    if shown[0] == "...":
+        return any(follows(shown[1:], real[start:]) for start in range(len(real) + 1))
+    return bool(real) and alike(shown[0], real[0]) and follows(shown[1:], real[1:])
 
 
 def agrees(shown: str, real: str) -> bool:
-    """Whether a real output has the words of the one that is shown."""
-    if not shown.strip():
-        return True
-    pattern = "".join(
-        r"(?:.*\n)*?" if line == "..." else re.escape(line) + r"\n"
-        for line in words(shown).splitlines()
-    )
-    return re.fullmatch(pattern, words(real)) is not None
+    """Whether a real output is as good as the one that is shown."""
+    return not shown.strip() or follows(squeezed(shown), squeezed(real))
 
 
 def run_document(path: Path) -> int:

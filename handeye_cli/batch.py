@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from handeye_cli import documents, gates, pipeline
+from handeye_cli import gates, pipeline
 from handeye_cli.errors import HandeyeError, QualityGateError
 from handeye_cli.pipeline import Steps
 from handeye_cli.records import Calibration, Finding, Stations, Verification
@@ -18,7 +18,7 @@ from handeye_cli.records.batch import BatchRow, BatchStatus
 
 
 @dataclass(frozen=True)
-class Way:
+class Treatment:
     """How every recording of a batch is solved and verified.
 
     Attributes:
@@ -50,20 +50,20 @@ class Outcome:
     calibration: Calibration | None = None
 
 
-def outcome_of(name: str, opening: Callable[[], tuple[Any, str]], way: Way) -> Outcome:
+def outcome_of(name: str, opening: Callable[[], tuple[Any, str]], treatment: Treatment) -> Outcome:
     """Solve and verify one recording as far as it goes.
 
     Args:
         name: What the recording is called.
         opening: Reads it; returns any record up to the stations, and the digest of its file.
-        way: How it is solved and verified.
+        treatment: How it is solved and verified.
 
     Returns:
         Its row, and its calibration if `handeye solve` would have found one.
     """
     outcome = Outcome(BatchRow(name))
     try:
-        for reached in _stages(outcome.row, opening, way):
+        for reached in _stages(outcome.row, opening, treatment):
             outcome = reached
     except HandeyeError as error:
         return replace(outcome, row=failed(outcome.row, error))
@@ -86,43 +86,39 @@ def _place(name: str, where: str | None) -> str:
     return (where or "").removeprefix(name).lstrip(",: ")
 
 
-def _stages(row: BatchRow, opening: Callable[[], tuple[Any, str]], way: Way) -> Iterator[Outcome]:
+def _stages(
+    row: BatchRow, opening: Callable[[], tuple[Any, str]], treatment: Treatment
+) -> Iterator[Outcome]:
     """Yield the outcome after each stage."""
     record, sha256 = opening()
     row = replace(row, sha256=sha256)
     yield Outcome(row)
-    stations = _stations_of(record, way)
+    # the recordings are worked on side by side: one at a time goes through its images alone
+    steps = Steps(workers=1, calibrate_intrinsics=treatment.calibrate_intrinsics)
+    stations = pipeline.ready_stations(record, steps)
     row = replace(row, stations=len(stations.stations))
     yield Outcome(row)
     calibration = pipeline.to_calibration(
-        stations, Steps(workers=1), method=way.method, pairs=way.pairs
+        stations, Steps(workers=1), method=treatment.method, pairs=treatment.pairs
     )
     row = _with_answer(row, calibration)
     yield Outcome(row, calibration)
-    verification = _verified(stations, way)
+    verification = _verified(stations, treatment)
     row = _with_errors(row, verification)
     yield Outcome(row, calibration)
-    gates.check_limits(verification, way.limits)
+    gates.check_limits(verification, treatment.limits)
 
 
-def _stations_of(record: Any, way: Way) -> Stations:
-    """Return the stations as solve and verify, each run alone, would have them."""
-    # the recordings are worked on side by side: one at a time goes through its images alone
-    steps = Steps(workers=1, calibrate_intrinsics=way.calibrate_intrinsics)
-    stations = pipeline.to_stations(record, steps)
-    return stations if stations is record else documents.as_written(stations)
-
-
-def _verified(stations: Stations, way: Way) -> Verification:
+def _verified(stations: Stations, treatment: Treatment) -> Verification:
     return pipeline.to_verification(
         stations,
         Steps(workers=1),
-        way.existing,
-        counts=way.counts,
-        method=way.method,
-        pairs=way.pairs,
-        leave_one_out=way.leave_one_out,
-        target_moved=way.target_moved,
+        treatment.existing,
+        counts=treatment.counts,
+        method=treatment.method,
+        pairs=treatment.pairs,
+        leave_one_out=treatment.leave_one_out,
+        target_moved=treatment.target_moved,
     )
 
 

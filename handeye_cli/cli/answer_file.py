@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from handeye_cli.cli.flags import Flag
@@ -87,7 +87,7 @@ def check_answer_file(answer: AnswerFile, source: Source, methods: Methods, outp
         raise UsageError("expected --mcap to be the name of a file, found '-'")
     taken = [*source.paths, *([output.output] if output.output else [])]
     for path in taken:
-        if Path(path).resolve() == Path(answer.mcap).resolve():
+        if os.path.realpath(path) == os.path.realpath(answer.mcap):
             raise UsageError(
                 f"expected --mcap to be a file of its own, found {answer.mcap}, which is the "
                 f"{'document' if path == output.output else 'input'}"

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 from typing import TYPE_CHECKING
 
 from handeye_cli import __version__
@@ -16,6 +17,7 @@ from handeye_cli.cli.commands import COMMANDS
 from handeye_cli.cli.flags import DEBUG
 from handeye_cli.cli.grouping import command_of
 from handeye_cli.cli.plain import plain_groups
+from handeye_cli.cli.values import check_values
 from handeye_cli.errors import HandeyeError, InputError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
@@ -65,6 +67,7 @@ def _carry_out(words: list[str]) -> None:
         command = command_of(import_module(COMMANDS[name]), name)
         groups = plain_groups(command, words)
         if groups is not None:
+            check_values(groups, name)
             command(**groups)
             sys.exit(0)
     _refuse_unknown(name, words)
@@ -130,10 +133,18 @@ def main() -> None:
             signal.signal(number, _leave)
     if DEBUG not in sys.argv:
         sys.excepthook = _admit
+    _settle_encoding()
     try:
         run(sys.argv[1:])
     except KeyboardInterrupt:
         sys.exit(130)
+
+
+def _settle_encoding() -> None:
+    """Write UTF-8 into files and pipes whatever the locale is; show a terminal what it can show."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        encoding = None if sys.stdout.isatty() else "utf-8"
+        sys.stdout.reconfigure(encoding=encoding, errors="backslashreplace")
 
 
 def _leave(number: int, _: FrameType | None) -> None:

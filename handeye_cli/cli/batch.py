@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from handeye_cli.cli.batch_names import recording_names, unique_names
 from handeye_cli.cli.batch_options import Kept, Labour, Recordings
@@ -17,7 +17,7 @@ from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.checks import check_protocol, station_counts
 from handeye_cli.cli.folders import make_folder
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import open_calibration
+from handeye_cli.cli.inputs import Opened, open_calibration
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver
 from handeye_cli.cli.outputs import check_output, deliver, with_step
 from handeye_cli.cli.verification_options import Protocol
@@ -26,9 +26,9 @@ from handeye_cli.engines import engine_of
 from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from handeye_cli.batch import Way
+    from handeye_cli.batch import Treatment
     from handeye_cli.engines import Engine
-    from handeye_cli.records.batch import Batch
+    from handeye_cli.records.batch import Batch, BatchRow
 
 EXAMPLES = (
     "handeye batch cells/*.mcap --setup eye-in-hand --target chessboard:9x6:23.6mm --jobs 4",
@@ -56,44 +56,40 @@ def batch(
     smallest that a single recording would have given (so 6, a limit that was missed, only where
     nothing failed), and 130 after Ctrl-C, which still writes what is done.
     """
-    from handeye_cli.records.batch import Batch
-
     check_output(output)
-    way = _way(protocol, intrinsics, solver)
-    _check_flags(recordings, mcap)
+    _check_flags(recordings, mcap, protocol, solver)
+    existing = open_calibration(protocol.calibration)
+    treatment = _treatment(protocol, intrinsics, solver, existing)
     names = recording_names(recordings.paths)
     engine = _engine(labour, len(names))
     if labour.scheduler is not None:
         # the workers have working folders of their own
         names = [str(Path(name).absolute()) for name in names]
         camera_file = _absolute(camera_file)
-    keep = _keeper(kept, names, force=output.force)
+    keep = _keeper(kept, names, output)
     flags = given(recordings, mcap, camera_file, intrinsics, solver)
     jobs = [
-        Job(_single(recordings, name), mcap, camera_file, way, flags, keep is not None)
+        Job(_single(recordings, name), mcap, camera_file, treatment, flags, keep is not None)
         for name in names
     ]
     with progress(len(jobs), quiet=output.quiet) as tell:
         rows = rows_of(jobs, engine, keep, tell)
-    _finish(with_step(Batch(tuple(rows)), "batch", (), flags | given(protocol)), kept, output)
+    _finish(_traced(rows, existing, flags | given(protocol)), kept, output)
 
 
-def _way(protocol: Protocol, intrinsics: Intrinsics, solver: Solver) -> Way:
+def _treatment(
+    protocol: Protocol, intrinsics: Intrinsics, solver: Solver, existing: Opened | None
+) -> Treatment:
     """Return how every recording is treated.
 
     Raises:
-        UsageError: The method is unknown, or flags exclude each other.
-        InputError: The calibration to verify cannot be read.
+        UsageError: The counts of stations are no numbers.
     """
-    from handeye_cli import solvers
-    from handeye_cli.batch import Way
+    from handeye_cli.batch import Treatment
     from handeye_cli.gates import Limits
 
-    solvers.load(solver.method)
-    check_protocol(protocol)
     counts = station_counts(protocol)
-    existing = open_calibration(protocol.calibration)
-    return Way(
+    return Treatment(
         method=solver.method,
         pairs=solver.pairs.value,
         calibrate_intrinsics=intrinsics.calibrate_intrinsics,
@@ -105,8 +101,12 @@ def _way(protocol: Protocol, intrinsics: Intrinsics, solver: Solver) -> Way:
     )
 
 
-def _check_flags(recordings: Recordings, mcap: Mcap) -> None:
+def _check_flags(recordings: Recordings, mcap: Mcap, protocol: Protocol, solver: Solver) -> None:
     """Refuse once what every recording would be refused for."""
+    from handeye_cli import solvers
+
+    solvers.load(solver.method)
+    check_protocol(protocol)
     if recordings.target is not None:
         from handeye_cli import targets
 
@@ -140,11 +140,11 @@ def _single(recordings: Recordings, name: str) -> Recordings:
     return replace(recordings, source=name, further=None)
 
 
-def _keeper(kept: Kept, names: Sequence[str], *, force: bool) -> Callable[[int, str], str] | None:
+def _keeper(kept: Kept, names: Sequence[str], output: Output) -> Callable[[int, str], str] | None:
     """Return what writes the calibration of a recording, or None where none is to be written.
 
     Raises:
-        UsageError: A file is there and not to be replaced.
+        UsageError: A file is there and not to be replaced, or is that of the table.
         InputError: The folder cannot be made.
     """
     if kept.out_dir is None:
@@ -154,13 +154,31 @@ def _keeper(kept: Kept, names: Sequence[str], *, force: bool) -> Callable[[int, 
     make_folder(kept.out_dir, "--out-dir")
     files = [str(Path(kept.out_dir, f"{name}.yaml")) for name in unique_names(names)]
     for file in files:
-        documents.check_destination(file, force)
+        documents.check_destination(file, output.force)
+        if output.output and os.path.realpath(file) == os.path.realpath(output.output):
+            raise UsageError(
+                f"expected -o to be a file of its own, found {output.output}, which is that of a "
+                "calibration",
+                hint="write the table elsewhere",
+            )
 
     def keep(index: int, document: str) -> str:
-        documents.write_text(document, files[index], force)
+        documents.write_text(document, files[index], output.force)
         return files[index]
 
     return keep
+
+
+def _traced(rows: Sequence[BatchRow], existing: Opened | None, flags: Mapping[str, Any]) -> Batch:
+    """Return the table, with the calibration as its input; each row knows its recording's digest.
+
+    What the calibration came of is told in its own document.
+    """
+    from handeye_cli.records.batch import Batch
+
+    table = Batch(tuple(rows))
+    inputs = [] if existing is None else [replace(existing, record=table)]
+    return with_step(table, "batch", inputs, flags)
 
 
 def _finish(batch: Batch, kept: Kept, output: Output) -> None:

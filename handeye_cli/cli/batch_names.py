@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -32,9 +33,10 @@ def recording_names(words: Sequence[str]) -> list[str]:
             "expected names of recordings, found '-', which is a single document on stdin",
             hint="@- reads names from stdin, one in each line",
         )
-    places = Counter(Path(name).resolve() for name in names)
+    # a path that is a link to itself has a name, too
+    places = Counter(map(os.path.realpath, names))
     for name in names:
-        if places[Path(name).resolve()] > 1:
+        if places[os.path.realpath(name)] > 1:
             raise UsageError(f"expected each recording once, found {name} twice")
     return names
 
@@ -44,10 +46,17 @@ def _names_of(word: str) -> list[str]:
         return [word]
     path = word.removeprefix(_LIST)
     try:
-        text = sys.stdin.read() if path == _STDIN else Path(path).read_text(encoding="utf-8")
+        text = sys.stdin.read() if path == _STDIN else Path(path).read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InputError(f"expected a readable list of names: {reason}", where=word) from error
+    if "\0" in text:
+        found = text.partition("\0")[0].rpartition("\n")[2]
+        raise InputError(
+            f"expected one name in each line, found a zero byte after {found!r}",
+            where=word,
+            hint="separate the names by line breaks, as find does with -print and not with -print0",
+        )
     return [line for line in text.splitlines() if line.strip()]
 
 
@@ -60,7 +69,7 @@ def unique_names(paths: Sequence[str]) -> list[str]:
     Args:
         paths: Different paths.
     """
-    choices = [list(dict.fromkeys(_choices(Path(path).resolve()))) for path in paths]
+    choices = [list(dict.fromkeys(_choices(Path(os.path.realpath(path))))) for path in paths]
     holders = Counter(each for choice in choices for each in {name.casefold() for name in choice})
     return [
         next(name for name in choice if holders[name.casefold()] == 1 or name == choice[-1])

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from handeye_cli import __version__
 from handeye_cli.cli.batch_work import Done, Job, carry_out
+from handeye_cli.cli.flags import DEBUG
+from handeye_cli.cli.lines import command_line
 from handeye_cli.engines import Ended, Engine, WorkerDiedError
 from handeye_cli.errors import HandeyeError, InputError, UsageError
 from handeye_cli.records.batch import CANCELLED_CODE, BatchRow, BatchStatus
@@ -108,11 +110,13 @@ def _faulty(job: Job, fault: BaseException | None) -> BatchRow:
     name = job.source.source
     if isinstance(fault, WorkerDiedError | MemoryError):
         message = str(fault) or "memory ran out"
-        advice = f"run handeye solve {name} alone; the fewer at a time, the more memory for each"
+        line = command_line("solve", name)
+        advice = f"run {line} alone; the fewer at a time, the more memory for each"
     else:
         what = f"{type(fault).__name__}: {' '.join(str(fault).split())}"
         message = f"a bug in handeye {__version__}: {what}"
-        advice = f"run handeye solve {name} --debug and send the traceback to the maintainers"
+        line = command_line("solve", name, [DEBUG])
+        advice = f"run {line} and send the traceback to the maintainers"
     return BatchRow(
         name, BatchStatus.FAILED, HandeyeError.exit_code, message=message, advice=advice
     )

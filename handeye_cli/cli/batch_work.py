@@ -16,7 +16,7 @@ from handeye_cli.cli.outputs import with_step
 from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from handeye_cli.batch import Way
+    from handeye_cli.batch import Treatment
     from handeye_cli.records.batch import BatchRow
 
 
@@ -28,7 +28,7 @@ class Job:
         source: The recording, with the flags about it.
         mcap: What is taken from a robot's recording.
         camera_file: Intrinsics that win over the recording's own.
-        way: How it is solved and verified.
+        treatment: How it is solved and verified.
         flags: The flags that `handeye solve` would have been given.
         keeps: Whether the document of the calibration is wanted.
         version: Of the tool that hands out the job.
@@ -37,7 +37,7 @@ class Job:
     source: Recordings
     mcap: Mcap
     camera_file: CameraFile
-    way: Way
+    treatment: Treatment
     flags: Mapping[str, Any]
     keeps: bool
     version: str = __version__
@@ -68,7 +68,7 @@ def carry_out(job: Job) -> Done:
         return inputs[0].record, inputs[0].file[1]
 
     start = time.perf_counter()
-    outcome = batch.outcome_of(job.source.source, opening, job.way)
+    outcome = batch.outcome_of(job.source.source, opening, job.treatment)
     document = None
     if job.keeps and outcome.calibration is not None:
         answer = with_step(outcome.calibration, "solve", inputs, job.flags)

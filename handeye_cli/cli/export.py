@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from handeye_cli.cli import outputs
 from handeye_cli.cli.camera_options import CameraFile, open_inputs
+from handeye_cli.cli.checks import require_whole
 from handeye_cli.cli.export_mount import mount_pose
 from handeye_cli.cli.export_options import Destination, Form, Frames
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import Opened
 from handeye_cli.cli.options import Intrinsics, Mcap, Output, Solver, Source, Work
 from handeye_cli.cli.progress import steps
-from handeye_cli.errors import InputError, UsageError
+from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.pipeline import Steps
@@ -51,7 +52,7 @@ def export(
 
     _check(form, frames, destination)
     solvers.load(solver.method)
-    mount_T_optical = mount_pose(frames, source.source)
+    mount_T_optical = mount_pose(frames, source)
     inputs = open_inputs(source, mcap, camera_file)
     flags = given(source, mcap, camera_file, intrinsics, solver)
     with inputs[0].blamed(), steps(work, _as_output(destination), intrinsics) as how:
@@ -85,16 +86,6 @@ def _check(form: Form, frames: Frames, destination: Destination) -> None:
     outputs.check_output(_as_output(destination))
 
 
-def _require_whole(calibration: Calibration, name: str) -> None:
-    if calibration.free:
-        found = ", ".join(each.words for each in calibration.free)
-        raise InputError(
-            f"expected a whole answer, found a partial one, which leaves free: {found}",
-            where=name,
-            hint="add stations that determine it, and solve without --partial",
-        )
-
-
 def _calibration(
     inputs: list[Opened], how: Steps, solver: Solver, intrinsics: Intrinsics, flags: dict[str, Any]
 ) -> Calibration:
@@ -105,7 +96,7 @@ def _calibration(
     opened = inputs[0]
     if isinstance(opened.record, Calibration):
         _refuse(given(intrinsics, solver), opened.file[0])
-        _require_whole(opened.record, opened.file[0])
+        require_whole(opened.record)
         return opened.record
     found = pipeline.to_calibration(
         opened.record, how, method=solver.method, pairs=solver.pairs.value

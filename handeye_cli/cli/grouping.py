@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from functools import cache
 from keyword import iskeyword
 from types import NoneType
 from typing import Any, get_args, get_type_hints
@@ -33,6 +34,11 @@ def groups_of(command: Callable[..., None]) -> dict[str, Any]:
 
 def flags_of(group: type) -> dict[str, tuple[Any, Flag]]:
     """Return the type and the flag of every field of a group."""
+    return _flags_of(group)
+
+
+@cache
+def _flags_of(group: type) -> dict[str, tuple[Any, Flag]]:
     hints = get_type_hints(group, include_extras=True)
     return {field.name: get_args(hints[field.name]) for field in fields(group)}
 

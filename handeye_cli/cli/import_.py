@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from handeye_cli.cli.camera_options import CameraFile
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.import_options import ForeignKind, ForeignSource
 from handeye_cli.cli.inputs import Opened
+from handeye_cli.cli.lines import command_line
 from handeye_cli.cli.options import Output
 from handeye_cli.cli.outputs import (
     STDOUT,
@@ -101,12 +103,15 @@ def _report(kind: str, record: Any, source: ForeignSource, output: Output) -> No
     if output.output is None:
         print_text("  write the document with -o FILE\n")
     else:
-        print_text(f"  next: handeye solve {output.output}{_needed_flags(record, source)}\n")
+        line = command_line("solve", output.output, _needed_flags(record, source))
+        print_text(f"  next: {line}\n")
 
 
-def _needed_flags(record: Any, source: ForeignSource) -> str:
+def _needed_flags(record: Any, source: ForeignSource) -> Iterator[str]:
+    """Yield the flags without which the next command refuses the document."""
     from handeye_cli.records import Recording
 
-    flags = " --allow-outside" if source.allow_outside else ""
-    estimates = isinstance(record, Recording) and record.camera is None
-    return f"{flags} --calibrate-intrinsics" if estimates else flags
+    if source.allow_outside:
+        yield "--allow-outside"
+    if isinstance(record, Recording) and record.camera is None:
+        yield "--calibrate-intrinsics"

@@ -7,14 +7,14 @@ from functools import partial
 from typing import Annotated
 
 from handeye_cli.cli.flags import Argument, Flag
-from handeye_cli.cli.options import Source
+from handeye_cli.cli.options import Conventions
 
 _foreign = partial(Flag, rich_help_panel="Data of another tool")
 
 
 @dataclass(frozen=True)
-class ForeignSource(Source):
-    """What is read and how it is meant; the flags are those of every other command."""
+class ForeignInput:
+    """What is read: one file or folder."""
 
     source: Annotated[
         str,
@@ -22,6 +22,11 @@ class ForeignSource(Source):
             metavar="PATH", help="A file or folder of another tool's data.", show_default=False
         ),
     ]
+
+
+@dataclass(frozen=True)
+class ForeignSource(Conventions, ForeignInput):
+    """What is read and how it is meant; the flags are those of every other command."""
 
 
 @dataclass(frozen=True)

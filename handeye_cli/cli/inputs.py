@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from handeye_cli.cli.checks import require_whole
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.options import Mcap, Source
 from handeye_cli.conventions import parse_duration
 from handeye_cli.errors import ConvergenceError, InputError, UndeterminedError, UsageError
+from handeye_cli.wording import first_few
 
 if TYPE_CHECKING:
     from handeye_cli.recording import McapOptions
@@ -43,8 +45,7 @@ class Opened:
         """What messages call the input."""
         from handeye_cli.documents import label_of
 
-        first = label_of(self.file[0])
-        return f"{first} and {len(self.further)} more" if self.further else first
+        return first_few([label_of(name) for name, _ in self.files], 1)
 
     @contextmanager
     def blamed(self) -> Iterator[None]:
@@ -76,7 +77,7 @@ def open_input(source: Source, mcap: Mcap, *, own_intrinsics: bool = False) -> O
     return _open_document(source, target)
 
 
-def open_summary(
+def open_looked(
     source: Source, mcap: Mcap, flags: dict[str, Any], *, own_intrinsics: bool = False
 ) -> Opened | None:
     """Look into a robot's recording; None for any other input.
@@ -88,23 +89,12 @@ def open_summary(
         own_intrinsics: Whether the intrinsics come from a file of their own.
 
     Returns:
-        An inspection of what the recording holds, without stations.
+        A `recording.summary.Looked`: an inspection of what the recording holds, and the recording
+        itself where nothing is in the way.
 
     Raises:
         InputError: It cannot be read or is not valid.
         UsageError: A flag cannot act on a recording.
-    """
-    looked = open_looked(source, mcap, flags, own_intrinsics=own_intrinsics)
-    return None if looked is None else replace(looked, record=looked.record.inspection)
-
-
-def open_looked(
-    source: Source, mcap: Mcap, flags: dict[str, Any], *, own_intrinsics: bool = False
-) -> Opened | None:
-    """Return the same as `open_summary`, and the recording itself where nothing is in the way.
-
-    The record is a `recording.summary.Looked`; the arguments and errors are those of
-    `open_summary`.
     """
     from handeye_cli import recording
 
@@ -145,16 +135,23 @@ def open_calibration(path: str | None) -> Opened | None:
     """Read the document of a `--calibration` flag, if it was given.
 
     Raises:
-        InputError: It cannot be read, is not valid or is no calibration.
+        InputError: It cannot be read, is not valid, is no calibration or leaves directions free.
     """
-    if path is None:
-        return None
+    return None if path is None else as_calibration(_open_document(Source(path), None))
+
+
+def as_calibration(opened: Opened) -> Opened:
+    """Return what was read, which is a whole calibration.
+
+    Raises:
+        InputError: It is none, or leaves directions free.
+    """
     from handeye_cli import pipeline
     from handeye_cli.records import Calibration
 
-    opened = _open_document(Source(path), None)
     with opened.blamed():
         pipeline.expect(opened.record, Calibration)
+        require_whole(opened.record)
     return opened
 
 

@@ -38,8 +38,8 @@ class Pairs(StrEnum):
 
 
 @dataclass(frozen=True)
-class Source:
-    """What is read and how it is meant."""
+class Inputs:
+    """What is read."""
 
     source: Annotated[
         str,
@@ -57,6 +57,17 @@ class Source:
             show_default=False,
         ),
     ] = None
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All that was named as input, in that order."""
+        return (self.source, *(self.further or ()))
+
+
+@dataclass(frozen=True)
+class Conventions:
+    """How what is read is meant."""
+
     target: TargetFlag = None
     setup: SetupFlag = None
     pose_units: Annotated[
@@ -76,10 +87,10 @@ class Source:
         _convention("--allow-outside", help="Follow image paths out of the document's folder."),
     ] = False
 
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """All that was named as input, in that order."""
-        return (self.source, *(self.further or ()))
+
+@dataclass(frozen=True)
+class Source(Conventions, Inputs):
+    """What is read and how it is meant; `Inputs` is behind, so that its fields come first."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from handeye_cli.cli.folders import make_folder, undone_on_failure
+from handeye_cli.cli.folders import prepared
 from handeye_cli.cli.options import Output, Pictures
 from handeye_cli.errors import InputError
 
@@ -42,13 +42,8 @@ def prepared_folder(pictures: Pictures, output: Output, recording: Recording) ->
     if pictures.draw is None:
         yield
         return
-    from handeye_cli import documents
-
     paths = _paths(pictures.draw, recording.stations)
-    with undone_on_failure(pictures.draw, paths):
-        make_folder(pictures.draw, "--draw")
-        for path in paths:
-            documents.check_destination(path, output.force)
+    with prepared(pictures.draw, paths, "--draw", force=output.force):
         yield
 
 

@@ -5,22 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from handeye_cli.cli.checks import distance_of
 from handeye_cli.cli.grouping import given
-from handeye_cli.cli.inputs import Opened, open_calibration, open_input
+from handeye_cli.cli.inputs import Opened, as_calibration, open_input
 from handeye_cli.cli.options import Mcap, Output, Source
 from handeye_cli.cli.outputs import check_output, finish
-from handeye_cli.cli.plan_options import (
-    CellLimits,
-    Layout,
-    Levels,
-    Way,
-    lever_of,
-    limits_of,
-    noise_of,
-)
+from handeye_cli.cli.plan_options import CellLimits, Layout, Levels, Way
+from handeye_cli.cli.plan_texts import lever_of, limits_of, noise_of
 from handeye_cli.cli.plot_files import check_plot
-from handeye_cli.conventions import parse_angle, parse_length
-from handeye_cli.errors import InputError, UsageError
+from handeye_cli.conventions import parse_angle
+from handeye_cli.errors import UsageError
 
 if TYPE_CHECKING:
     from handeye_cli.documents.cameras import CameraSource
@@ -75,9 +69,8 @@ def _options(layout: Layout, limits: CellLimits, levels: Levels, way: Way) -> Pl
 def _planned(layout: Layout, camera: str | None, options: PlanOptions) -> tuple[Plan, list[Opened]]:
     from handeye_cli import pipeline, targets
 
-    distance, tilt = parse_length(layout.distance), parse_angle(layout.tilt)
-    guess = _guess(layout.calibration)
-    existing = open_calibration(layout.calibration) if guess is None else None
+    distance, tilt = distance_of(layout.distance), parse_angle(layout.tilt)
+    guess, existing = _first_answer(layout.calibration)
     seen_by = None if camera is None else _seen_by(camera, layout)
     if seen_by is not None:
         options = replace(options, camera=seen_by.camera)
@@ -90,7 +83,7 @@ def _planned(layout: Layout, camera: str | None, options: PlanOptions) -> tuple[
         calibration=None if existing is None else existing.record,
         verification=layout.verification,
         mount_T_camera=guess,
-        reference_T_target=_pose_of("--base-T-target", layout.base_T_target),
+        reference_T_target=_target_guess(layout.base_T_target),
         options=options,
     )
     inputs = [] if existing is None else [existing]
@@ -127,24 +120,30 @@ def _open(source: str, target: str | None = None, setup: Any = None) -> Opened:
     return open_input(Source(source, target=target, setup=setup), Mcap())
 
 
-def _guess(text: str | None) -> FloatArray | None:
-    """Return the pose that --calibration states, or None when it names a document."""
+def _first_answer(text: str | None) -> tuple[FloatArray | None, Opened | None]:
+    """Return the pose that --calibration states, or the calibration that it names."""
+    if text is None:
+        return None, None
+    from handeye_cli import documents
+    from handeye_cli.documents import pose_guess
+
+    stated = pose_guess.pose_of_numbers(text)
+    if stated is not None:
+        return stated, None
+    content = documents.read_bytes(text)  # once: what was read from a pipe is gone
+    stated = pose_guess.pose_in(content, text)
+    if stated is not None:
+        return stated, None
+    read = documents.source_of(text, content)
+    return None, as_calibration(Opened(read.record, (read.name, read.sha256)))
+
+
+def _target_guess(text: str | None) -> FloatArray | None:
     if text is None:
         return None
-    from handeye_cli.documents.pose_guess import read_pose_guess
+    from handeye_cli.documents.pose_guess import read_stated_pose
 
-    return read_pose_guess(text)
-
-
-def _pose_of(flag: str, text: str | None) -> FloatArray | None:
-    pose = _guess(text)
-    if text is not None and pose is None:
-        raise InputError(
-            f"expected {flag} to be a pose, found a document",
-            where=text,
-            hint="write x,y,z,qx,qy,qz,qw, or a file with translation and quaternion",
-        )
-    return pose
+    return read_stated_pose("--base-T-target", text)
 
 
 def _seen_by(camera: str, layout: Layout) -> CameraSource:

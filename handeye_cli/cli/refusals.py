@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
-from typing import Any
+from itertools import zip_longest
+from typing import Any, get_origin
 
 from handeye_cli.cli.flags import Flag
 from handeye_cli.cli.grouping import flags_of, groups_of, single_type, spellings
@@ -39,6 +40,28 @@ def usage_error(
     told = sentence(refused, flags, words) if sentence else None
     message, hint = told or (_clicks(refused), None)
     return UsageError(message, where=line, hint=hint or f"{line} --help shows what there is")
+
+
+def refuse_repeated(command: Callable[..., None], words: Sequence[str]) -> None:
+    """Refuse a flag that is given twice and means two things; Click would take the last.
+
+    Args:
+        command: A function of groups of flags.
+        words: The words behind its name.
+
+    Raises:
+        UsageError: There is such a flag.
+    """
+    for group in groups_of(command).values():
+        for field, (kind, flag) in flags_of(group).items():
+            if get_origin(single_type(kind)) is list:
+                continue
+            names = spellings(field, flag)
+            found = list(dict.fromkeys(_values(names, words)))
+            if len(found) > 1 and single_type(kind) is not bool:
+                raise UsageError(
+                    f"expected {names[0]} once, found it with {' and with '.join(map(repr, found))}"
+                )
 
 
 def _bad_value(refused: Any, flags: _Flags, words: Sequence[str]) -> _Told:
@@ -94,7 +117,7 @@ def _clicks(refused: Any) -> str:
 
 def _values(names: Sequence[str], words: Sequence[str]) -> Iterator[str]:
     """Yield what stands in a line as the value of a flag."""
-    for word, behind in zip(words, [*words[1:], None], strict=True):
+    for word, behind in zip_longest(words, words[1:]):
         spelling, equals, text = word.partition("=")
         if spelling in names and equals:
             yield text

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from handeye_cli import __version__
 from handeye_cli.cli.grouping import given
+from handeye_cli.cli.lines import command_line
 from handeye_cli.cli.options import Output, Work
-from handeye_cli.cli.outputs import print_text
+from handeye_cli.cli.outputs import STDOUT, print_text
 from handeye_cli.cli.progress import steps
-from handeye_cli.cli.recording_files import prepared_folder, write_folder, write_mcap
+from handeye_cli.cli.recording_files import DOCUMENT, prepared_folder, write_folder, write_mcap
 from handeye_cli.cli.simulate_recording_inputs import Wish, wish_of
 from handeye_cli.cli.simulate_recording_options import (
     Camerawork,
@@ -43,6 +45,7 @@ def simulate_recording(
     motion, pauses, TF and CameraInfo. Faults can be put into it, such as a plate that was moved
     half-way, to see what comes of them.
     """
+    _refuse_stream(made)
     wish = wish_of(scenery, optics, chance)
     simulated = wish.simulated()
     step = _step(wish, given(scenery, optics, chance, camerawork))
@@ -53,6 +56,15 @@ def simulate_recording(
         _photograph(simulated, made, step)
     _write_truth(wish, simulated, made, step)
     _report(wish, simulated, made)
+
+
+def _refuse_stream(made: Made) -> None:
+    if made.output == STDOUT:
+        raise UsageError(
+            "expected -o to be a folder or a file that ends in .mcap, found '-', which stands for "
+            "a stream",
+            hint="./- is a folder of that name",
+        )
 
 
 def _step(wish: Wish, flags: dict[str, object]) -> ProvenanceStep:
@@ -143,8 +155,9 @@ def _report(wish: Wish, simulated: SimulatedRecording, made: Made) -> None:
 def _next(wish: Wish, made: Made) -> str:
     """Return the command that solves the recording."""
     if not made.output.lower().endswith(_MCAP):
-        return f"handeye solve {made.output}/recording.yaml"
+        return command_line("solve", str(Path(made.output) / DOCUMENT))
     from handeye_cli import targets
 
     target = targets.shorthand(wish.rig.target)
-    return f"handeye solve {made.output} --setup {wish.rig.setup} --target {target}"
+    flags = ("--setup", str(wish.rig.setup), "--target", target)
+    return command_line("solve", made.output, flags)

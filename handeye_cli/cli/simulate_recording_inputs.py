@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from handeye_cli.cli.checks import distance_of
 from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import Opened, open_calibration
 from handeye_cli.cli.simulate_recording_options import (
@@ -107,6 +109,7 @@ def _plan(scenery: Scenery, camera: Camera, points: FloatArray) -> _Planned:
     import numpy as np
 
     from handeye_cli import pipeline
+    from handeye_cli.geometry.extent import middle_of
     from handeye_cli.plan import plan
     from handeye_cli.records import Plan
     from handeye_cli.simulate.default_rig import filling_distance
@@ -121,10 +124,10 @@ def _plan(scenery: Scenery, camera: Camera, points: FloatArray) -> _Planned:
         wanted = scenery.distance
         planned = plan(
             scenery.stations,
-            distance=filling_distance(points, camera) if wanted is None else parse_length(wanted),
+            distance=filling_distance(points, camera) if wanted is None else distance_of(wanted),
             tilt=parse_angle(scenery.tilt),
             setup=scenery.setup or Setup.EYE_IN_HAND,
-            centre=(points.min(axis=0) + points.max(axis=0)) / 2.0,
+            centre=middle_of(points),
         )
     places = np.stack([station.target_T_camera for station in planned.stations])
     return _Planned(places, [station.name for station in planned.stations], planned.setup, opened)
@@ -151,15 +154,17 @@ def _true_poses(calibration: Opened | None, setup: Setup) -> tuple[FloatArray, F
 def _noise(chance: Disturbance) -> Noise:
     from handeye_cli.records import Noise
 
-    levels = {
-        "--robot-rotation": parse_angle(chance.robot_rotation),
-        "--robot-translation": parse_length(chance.robot_translation),
-    }
-    for flag, level in levels.items():
-        if level < 0.0:
-            raise UsageError(f"expected a noise of 0 or more, found {level:g}", where=flag)
-    rotation, translation = levels.values()
-    return Noise(robot_rotation=rotation, robot_translation=translation)
+    return Noise(
+        robot_rotation=_level("--robot-rotation", chance.robot_rotation, parse_angle),
+        robot_translation=_level("--robot-translation", chance.robot_translation, parse_length),
+    )
+
+
+def _level(flag: str, text: str, parse: Callable[[str], float]) -> float:
+    level = parse(text)
+    if level < 0.0:
+        raise UsageError(f"expected a noise of 0 or more, found {text!r}", where=flag)
+    return level
 
 
 def _camera(optics: Optics) -> tuple[Camera, Opened | None]:
@@ -228,7 +233,7 @@ def _opened(path: str) -> Opened:
 
 
 def _refuse_beside(flag: str, group: Any, names: tuple[str, ...]) -> None:
-    for name in set(given(group)) & set(names):
+    for name in (each for each in names if each in given(group)):
         raise UsageError(
             f"--{name} has no effect beside {flag}, which says it already", hint="leave one out"
         )

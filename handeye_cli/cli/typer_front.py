@@ -16,7 +16,8 @@ from handeye_cli import __version__
 from handeye_cli.cli import help as texts
 from handeye_cli.cli.flags import DEBUG, Argument, Flag
 from handeye_cli.cli.grouping import command_of, flags_of, groups_of
-from handeye_cli.cli.refusals import usage_error
+from handeye_cli.cli.refusals import refuse_repeated, usage_error
+from handeye_cli.cli.values import check_values
 
 # Click's root of what a line is refused for; Typer has a Click of its own from some version on.
 _Refusal = cast(type[Exception], typer.BadParameter.__mro__[2])
@@ -33,6 +34,8 @@ def carry_out(modules: Mapping[str, Any], name: str, words: Sequence[str]) -> in
     Raises:
         UsageError: The line is not one of this command.
     """
+    if name:
+        refuse_repeated(command_of(modules[name], name), words)
     try:
         code = get_command(application(modules))(
             [name, *words] if name else [*words], prog_name="handeye", standalone_mode=False
@@ -79,7 +82,7 @@ def application(modules: Mapping[str, Any]) -> typer.Typer:
     app.callback()(_handeye)
     for name, module in modules.items():
         command = command_of(module, name)
-        app.command(name, cls=_with_help(name, module))(_flat(command))
+        app.command(name, cls=_with_help(name, module))(_flat(command, name))
     return app
 
 
@@ -111,18 +114,18 @@ def _handeye(
     """Find where a camera sits on a robot, from a recording, and say how sure that is."""
 
 
-def _flat(command: Callable[..., None]) -> Callable[..., None]:
+def _flat(command: Callable[..., None], name: str) -> Callable[..., None]:
     """Return a command with the fields of its groups as keyword parameters, as Typer wants them."""
     groups = groups_of(command)
 
     @functools.wraps(command)
     def flattened(**values: Any) -> None:
-        command(
-            **{
-                name: group(**{field.name: values[field.name] for field in fields(group)})
-                for name, group in groups.items()
-            }
-        )
+        filled = {
+            each: group(**{field.name: values[field.name] for field in fields(group)})
+            for each, group in groups.items()
+        }
+        check_values(filled, name)
+        command(**filled)
 
     parameters = [parameter for group in groups.values() for parameter in _parameters(group)]
     flattened.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

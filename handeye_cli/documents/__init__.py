@@ -17,6 +17,7 @@ from handeye_cli.documents.context import NO_FLAGS, Context, ReadOptions, contex
 from handeye_cli.documents.files import (
     check_destination,
     label_of,
+    read_bytes,
     streamed_file,
     write_bytes,
     write_text,
@@ -61,7 +62,9 @@ __all__ = [
     "form_of",
     "label_of",
     "read",
+    "read_bytes",
     "read_source",
+    "source_of",
     "streamed_file",
     "write",
     "write_bytes",
@@ -112,7 +115,11 @@ def read_source(
     source: str, options: ReadOptions = NO_FLAGS, stdin: BinaryIO | None = None
 ) -> Source:
     """Return the record of a document with its name and digest; see `read`."""
-    content = files.read_bytes(source, stdin)
+    return source_of(source, read_bytes(source, stdin), options)
+
+
+def source_of(source: str, content: bytes, options: ReadOptions = NO_FLAGS) -> Source:
+    """Return the record of a document whose bytes are there already; see `read`."""
     label = files.label_of(source)
     data = text.parse(content, label)
     kind = schema.kind_of(data, label)

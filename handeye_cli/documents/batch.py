@@ -22,12 +22,14 @@ def record_from_data(data: dict[str, Any], _: Context) -> Batch:
 
 def data_from_record(record: Batch) -> dict[str, Any]:
     """Return the document of a batch."""
-    return {
-        "schema": header("batch"),
-        "exit_code": record.exit_code,
-        "rows": [_entry(row) for row in record.rows],
-        "provenance": parts.data_from_provenance(record.provenance),
-    }
+    return parts.without_unknown(
+        {
+            "schema": header("batch"),
+            "exit_code": record.exit_code,
+            "rows": [_entry(row) for row in record.rows],
+            "provenance": parts.data_from_provenance(record.provenance),
+        }
+    )
 
 
 def _row(entry: dict[str, Any]) -> BatchRow:

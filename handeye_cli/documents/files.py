@@ -14,6 +14,8 @@ from handeye_cli.errors import InputError, UsageError
 
 STDIN = "-"
 """The source that stands for standard input."""
+_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
+"""At the end of a path they say that it is a folder."""
 
 
 def label_of(source: str) -> str:
@@ -74,9 +76,9 @@ def streamed_file(path: str, force: bool = False) -> Iterator[BinaryIO]:
         InputError: It cannot be written.
     """
     try:
-        final = Path(path).resolve()
+        final = Path(os.path.realpath(path))
         _require_replaceable(final, path, force)
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
     temporary = final.with_name(f".{final.name}.{os.urandom(4).hex()}.tmp")
     try:
@@ -102,16 +104,23 @@ def check_destination(path: str, force: bool = False) -> None:
         UsageError: The file exists and may not be replaced, or is a folder or device.
         InputError: Its folder does not exist, or it can have no such name.
     """
+    if path == STDIN:
+        message = "expected the name of a file, found '-', which stands for a stream"
+        raise UsageError(message, hint="./- is a file of that name")
     try:
         folder = Path(path).parent
         if not folder.is_dir():
             raise InputError("expected an existing folder to write into", where=str(folder))
-        _require_replaceable(Path(path).resolve(), path, force)
-    except (OSError, ValueError, RuntimeError) as error:
+        _require_replaceable(Path(os.path.realpath(path)), path, force)
+    except (OSError, ValueError) as error:
         raise InputError(f"cannot be written: {_reason(error)}", where=path) from error
 
 
 def _require_replaceable(final: Path, path: str, force: bool) -> None:
+    if path.endswith(_SEPARATORS):
+        raise UsageError("expected the name of a file, found that of a folder", where=path)
+    if final.is_symlink():
+        raise InputError("cannot be written: it is a link that leads to itself", where=path)
     if not final.exists():
         return
     if not final.is_file():

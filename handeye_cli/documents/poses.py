@@ -7,6 +7,7 @@ schema; here are the checks that need arithmetic.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -127,15 +128,15 @@ def _rotation(data: dict[str, Any], conventions: PoseConventions, place: Place) 
         rotvec = np.array(data["rotvec"], dtype=float)
         _require_turns_within_one(rotvec, place.key("rotvec"), "a rotation vector is in radians")
         return rotations.exp(rotvec)
-    angles = euler_angles(data)
+    angles = euler_angles(data["euler"], data.get("degrees", False))
     _require_turns_within_one(angles, place.key("euler"), "say degrees: true if they are degrees")
     return rotations.matrix_from_euler(angles, data["order"])
 
 
-def euler_angles(data: dict[str, Any]) -> FloatArray:
-    """Return the (3,) Euler angles of a mapping with `euler`, and `degrees` if it says so, rad."""
-    angles = np.array(data["euler"], dtype=float)
-    return np.deg2rad(angles) if data.get("degrees", False) else angles
+def euler_angles(numbers: Sequence[float], degrees: bool) -> FloatArray:
+    """Return the (3,) Euler angles of three numbers, in radians whether or not these are so."""
+    angles = np.array(numbers, dtype=float)
+    return np.deg2rad(angles) if degrees else angles
 
 
 def _require_turns_within_one(angles: FloatArray, place: Place, hint: str) -> None:

@@ -59,7 +59,7 @@ def kind_of(data: Any, label: str) -> str:
         raise InputError(
             f"expected a document with a line such as schema: {header('stations')}, found {found}",
             where=label,
-            hint=f"kinds: {', '.join(KINDS)}",
+            hint=f"kinds: {', '.join(KINDS)}; what another tool has saved: 'handeye import'",
         )
     value = data["schema"]
     where = str(Place(label).key("schema"))

@@ -3,7 +3,7 @@
 Scalars follow YAML 1.2: `1e-5` is a number, `no` and `2024-01-01` are text, `010` is ten. The data
 are built from the parser's events without recursion, so that neither deep nesting nor an alias of
 aliases can exhaust the machine. Two kinds of value keep what the writer wrote: a `name` its
-spelling (`00` is not 0), a number of `..._mrad` or `..._mm` its decimal digits.
+spelling (`00` is not 0), a number of `..._mrad`, `..._mm` or `..._ms` its decimal digits.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -38,6 +38,7 @@ _BINARY = {
     b"\x89MCAP": "an MCAP recording cannot be read from a pipe: give its file's name",
     b"\x89PNG": "a picture is named in a recording document: schema: handeye/recording/1",
     b"\xff\xd8\xff": "a picture is named in a recording document: schema: handeye/recording/1",
+    b"PK\x03\x04": "arrays of another tool are read by 'handeye import'",
 }
 
 _NUMBER_START = frozenset("+-.0123456789")
@@ -45,7 +46,8 @@ _INT = re.compile(r"[-+]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 _TEXT_TAGS = frozenset((None, "!", "tag:yaml.org,2002:str"))
-_EXACT_KEYS = ("_mrad", "_mm")
+_COMMENT = re.compile(r"^[ \t]*(?://|/\*)", re.MULTILINE)
+_EXACT_KEYS = ("_mrad", "_mm", "_ms")
 _EXACT_RANGE = 1e-200
 """Zero, infinity and what is near them has no digits worth keeping."""
 
@@ -65,6 +67,7 @@ def parse(data: bytes, label: str) -> Any:
             f"expected a document of at most {MAX_BYTES // 1_000_000} MB, found more", where=label
         )
     text = _decode(data, label)
+    _require_text(text, label)
     builder = _Builder(label)
     try:
         for event in _events(text):
@@ -72,7 +75,9 @@ def parse(data: bytes, label: str) -> Any:
     except yaml.MarkedYAMLError as error:
         problem = error.problem or error.context or "not YAML"
         mark = error.problem_mark or error.context_mark
-        raise InputError(f"not valid YAML or JSON: {problem}", where=_at(label, mark)) from error
+        raise InputError(
+            f"not valid YAML or JSON: {problem}", where=_at(label, mark), hint=_hint(text, mark)
+        ) from error
     except yaml.reader.ReaderError as error:
         raise InputError(f"not valid YAML or JSON: {error.reason}", where=label) from error
     if not builder.documents:
@@ -97,12 +102,35 @@ def _decode(data: bytes, label: str) -> str:
     try:
         return data.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError as error:
+        if wide:
+            message = f"expected UTF-16 text, as its first bytes say, found {error.reason}"
+            raise InputError(message, where=label, hint="save it as UTF-8") from error
         line = data.count(b"\n", 0, error.start) + 1
         raise InputError(
             f"expected UTF-8 text, found the byte 0x{data[error.start]:02x}",
             where=f"{label}, line {line}",
             hint=next((hint for magic, hint in _BINARY.items() if data.startswith(magic)), None),
         ) from error
+
+
+def _require_text(text: str, label: str) -> None:
+    """Refuse zero bytes: of binary data, or of UTF-16 and UTF-32 that do not say so."""
+    zero = text.find("\0")
+    if zero >= 0:
+        raise InputError(
+            "not valid YAML or JSON: control characters are not allowed, found a zero byte",
+            where=f"{label}, line {text.count(chr(10), 0, zero) + 1}",
+            hint="if it is a text, save it as UTF-8",
+        )
+
+
+def _hint(text: str, mark: Any) -> str | None:
+    """Return what helps where the parser's words do not: with tabs, and with comments of C."""
+    if mark is not None and text[mark.index : mark.index + 1] == "\t":
+        return "it is a tab: indent with spaces"
+    if _COMMENT.search(text):
+        return "neither YAML nor JSON has comments with // or /*: take them out, or write #"
+    return None
 
 
 def _events(text: str) -> Iterator[Any]:
@@ -114,13 +142,22 @@ def _at(label: str, mark: Any) -> str:
     return f"{label}, line {mark.line + 1}, column {mark.column + 1}" if mark else label
 
 
+class _Anchored(NamedTuple):
+    """What an alias stands for: the value, how many values it holds, and how deep they nest."""
+
+    value: Any
+    size: int
+    height: int = 0
+
+
 @dataclass
 class _Open:
-    """A list or mapping that is being read."""
+    """A list or mapping that is being read; its height is that of the nesting found so far."""
 
     value: dict[str, Any] | list[Any]
     anchor: str | None
     before: int
+    height: int = 1
     key: str | None = None
     key_lines: dict[str, int] = field(default_factory=dict)
 
@@ -132,7 +169,7 @@ class _Builder:
         self.label = label
         self.documents: list[Any] = []
         self._open: list[_Open] = []
-        self._anchors: dict[str, tuple[Any, int]] = {}
+        self._anchors: dict[str, _Anchored] = {}
         self._count = 0
         self._aliased = 0
 
@@ -144,8 +181,9 @@ class _Builder:
             self._start(event)
         elif isinstance(event, yaml.CollectionEndEvent):
             closed = self._open.pop()
-            self._remember(closed.anchor, closed.value, self._count - closed.before)
-            self._add(closed.value, event)
+            whole = _Anchored(closed.value, self._count - closed.before, closed.height)
+            self._remember(closed.anchor, whole)
+            self._add(whole)
         elif isinstance(event, yaml.AliasEvent):
             self._alias(event)
         elif isinstance(event, yaml.DocumentStartEvent) and self.documents:
@@ -161,9 +199,9 @@ class _Builder:
         if self._expects_key():
             self._key(event)
             return
-        value = self._value(event) if event.implicit[0] else event.value
-        self._remember(event.anchor, value, 1)
-        self._add(value, event)
+        single = _Anchored(self._value(event) if event.implicit[0] else event.value, 1)
+        self._remember(event.anchor, single)
+        self._add(single)
 
     def _expects_key(self) -> bool:
         top = self._open[-1] if self._open else None
@@ -193,8 +231,7 @@ class _Builder:
             raise self._error(f"expected plain data, found the tag {event.tag!r}", event)
         if self._expects_key():
             raise self._error("expected a text as key, found a list or mapping", event)
-        if len(self._open) >= MAX_DEPTH:
-            raise self._error(f"expected at most {MAX_DEPTH} levels of nesting, found more", event)
+        self._require_depth(1, event)
         value: dict[str, Any] | list[Any] = {} if isinstance(event, yaml.MappingStartEvent) else []
         self._open.append(_Open(value, event.anchor, self._count))
         self._count += 1
@@ -204,26 +241,32 @@ class _Builder:
             raise self._error(f"the alias *{event.anchor} stands for nothing before it", event)
         if self._expects_key():
             raise self._error("expected a text as key, found an alias", event)
-        value, size = self._anchors[event.anchor]
-        self._count += size
-        self._aliased += size
+        meant = self._anchors[event.anchor]
+        self._require_depth(meant.height, event)
+        self._count += meant.size
+        self._aliased += meant.size
         if self._aliased > MAX_ALIASED:
             raise self._error(
                 f"expected aliases for at most {MAX_ALIASED} values, found more", event
             )
-        self._add(value, event)
+        self._add(meant)
 
-    def _remember(self, anchor: str | None, value: Any, size: int) -> None:
+    def _require_depth(self, height: int, event: Any) -> None:
+        if len(self._open) + height > MAX_DEPTH:
+            raise self._error(f"expected at most {MAX_DEPTH} levels of nesting, found more", event)
+
+    def _remember(self, anchor: str | None, found: _Anchored) -> None:
         if anchor is not None:
-            self._anchors[anchor] = (value, size)
+            self._anchors[anchor] = found
 
-    def _add(self, value: Any, event: Any) -> None:
+    def _add(self, found: _Anchored) -> None:
         if not self._open:
-            self.documents.append(value)
+            self.documents.append(found.value)
             return
         top = self._open[-1]
+        top.height = max(top.height, found.height + 1)
         if isinstance(top.value, list):
-            top.value.append(value)
+            top.value.append(found.value)
         elif top.key is not None:
-            top.value[top.key] = value
+            top.value[top.key] = found.value
             top.key = None

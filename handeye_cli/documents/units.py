@@ -1,4 +1,4 @@
-"""Unit-suffixed numbers of documents: mrad and mm outside, radians and metres inside.
+"""Unit-suffixed numbers of documents: mrad, mm and ms outside; radians, metres, seconds inside.
 
 The factor of a thousand is applied to the decimal digits. Multiplying the binary numbers instead
 would turn 0.81 mrad into 0.0008100000000000001 rad, and would lose the last bit of one number in
@@ -12,12 +12,12 @@ from typing import Any
 
 
 def to_milli(value: float) -> Decimal:
-    """Return a value in radians or metres as the exact number of mrad or mm."""
+    """Return a value in radians, metres or seconds as the exact number of mrad, mm or ms."""
     return Decimal(repr(float(value))).scaleb(3)
 
 
 def from_milli(number: float | Decimal) -> float:
-    """Return a number of mrad or mm in radians or metres; the inverse of `to_milli`."""
+    """Return a number of mrad, mm or ms in radians, metres or seconds; undoes `to_milli`."""
     return float(Decimal(str(number)).scaleb(-3))
 
 

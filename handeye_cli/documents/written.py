@@ -6,6 +6,8 @@ than the defaults, would be lost on the way; but who wants to tell a wrong conve
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,8 +50,9 @@ def written_from_data(
     if conventions.robot_poses is RobotPoses.BASE_IN_GRIPPER:
         robot_poses = _OTHER_WAY_ROUND[robot_poses]
     order = QuaternionOrder(earlier.get("quaternion_order", QuaternionOrder.XYZW))
-    _require_same(earlier, base_T_gripper, robot_poses, place.key("written"))
-    return _written(earlier, robot_poses, order)
+    written = _written(earlier, robot_poses, order)
+    _require_same(written, base_T_gripper, place.key("written"))
+    return written
 
 
 def _written(
@@ -67,15 +70,49 @@ def _written(
     )
 
 
-def _require_same(
-    earlier: dict[str, Any], base_T_gripper: FloatArray, robot_poses: RobotPoses, place: Place
-) -> None:
-    if "euler" not in earlier:
-        return
-    R = rotations.matrix_from_euler(euler_angles(earlier), earlier["order"])
-    if robot_poses is RobotPoses.BASE_IN_GRIPPER:
+def written_between(
+    start: WrittenRotation | None,
+    end: WrittenRotation | None,
+    share: float,
+    base_T_gripper: FloatArray,
+) -> WrittenRotation | None:
+    """Return how a pose on the way between two that were written in the same form is written.
+
+    Euler angles on the way go along where they give the pose, as they do while the robot rests.
+
+    Args:
+        start: How the pose at share 0 was written.
+        end: How the pose at share 1 was written.
+        share: From 0 to 1.
+        base_T_gripper: (4, 4) the pose between them.
+    """
+    if start is None or end is None or start.euler is None or end.euler is None:
+        return start
+    turn = 360.0 if start.degrees else math.tau
+    first, second, third = (
+        angle + share * math.remainder(other - angle, turn)
+        for angle, other in zip(start.euler, end.euler, strict=True)
+    )
+    on_the_way = replace(start, euler=(first, second, third))
+    if _apart(on_the_way, base_T_gripper) <= _SAME:
+        return on_the_way
+    plain = replace(start, euler=None, order="", degrees=False)
+    return None if plain == WrittenRotation() else plain
+
+
+def _apart(written: WrittenRotation, base_T_gripper: FloatArray) -> float:
+    """Return the angle between a pose and what its Euler angles give, radians."""
+    angles = euler_angles(written.euler or (), written.degrees)
+    R = rotations.matrix_from_euler(angles, written.order)
+    if written.robot_poses is RobotPoses.BASE_IN_GRIPPER:
         R = R.T
-    apart = float(rotations.angle(R.T @ base_T_gripper[:3, :3]))
+    return float(rotations.angle(R.T @ base_T_gripper[:3, :3]))
+
+
+def _require_same(written: WrittenRotation, base_T_gripper: FloatArray, place: Place) -> None:
+    if written.euler is None:
+        return
+    apart = _apart(written, base_T_gripper)
     if apart > _SAME:
         raise InputError(
             "expected the Euler angles that base_T_gripper was written with, found angles of a "

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from handeye_cli.conventions import MM
 from handeye_cli.geometry import rotations
+from handeye_cli.lasting_causes import CODES, LASTING
 from handeye_cli.records import (
     Calibration,
     CriticalFactors,
@@ -16,9 +17,9 @@ from handeye_cli.records import (
     Spread,
 )
 from handeye_cli.render.comparison import show_comparison
-from handeye_cli.render.console import show_table
+from handeye_cli.render.console import show_paragraph, show_table
 from handeye_cli.render.residuals import show_residuals
-from handeye_cli.render.text import NOTHING, count, fixed, mm, mrad, pixels
+from handeye_cli.render.text import NOTHING, count, fixed, mm, mrad, pixels, printable
 
 
 def show_calibration(calibration: Calibration, console: Console) -> None:
@@ -119,3 +120,15 @@ def _show_improvements(calibration: Calibration, console: Console) -> None:
         for each in calibration.improvements
     ]
     show_table(console, ["", "rotation\nmrad", "translation\nmm"], rows, left=[0])
+    _show_lasting(calibration, console)
+
+
+def _show_lasting(calibration: Calibration, console: Console) -> None:
+    """Print what none of the steps changes, and what the findings that tell of it advise."""
+    told = [each.message for each in calibration.improvements if each.change == LASTING]
+    if not told:
+        return
+    causes = [each for each in calibration.diagnosis if each.code in CODES]
+    for line in (*told, *(f"{each.code}: {each.advice}" for each in causes)):
+        show_paragraph(console, printable(line), margin="  ")
+    console.print()

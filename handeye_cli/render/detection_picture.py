@@ -59,7 +59,7 @@ def draw_detection(
         discs: (m, 3) centre x, y and radius of the target's discs, metres, if it has any.
         camera: Intrinsics; without them the axes and discs are drawn without distortion.
     """
-    factor = 2 if max(grey.shape) < _SMALL else 1
+    factor = enlargement(grey)
     unit = max(1, round(factor * max(grey.shape) / _UNIT))
     width = max(_NARROWEST, factor * grey.shape[1])
     seen = station.observation
@@ -78,6 +78,11 @@ def draw_detection(
         chosen = _corners(points[seen.ids, :2])
         canvas.labels(seen.pixels[chosen], map(str, seen.ids[chosen]), seen.pixels.mean(axis=0))
     return canvas.image
+
+
+def enlargement(grey: GreyImage) -> int:
+    """Return how many times its size an image is shown at, at the bottom left of its picture."""
+    return 2 if max(grey.shape) < _SMALL else 1
 
 
 @dataclass(frozen=True)

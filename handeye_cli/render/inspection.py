@@ -8,7 +8,7 @@ from rich.console import Console
 
 from handeye_cli.records import BlameShares, HypothesisFit, Inspection, LengthRatio, SmoothResiduals
 from handeye_cli.records.moving import TimeOffset
-from handeye_cli.render.console import show_table
+from handeye_cli.render.console import show_paragraph, show_table
 from handeye_cli.render.recording_summary import show_recording_summary
 from handeye_cli.render.residuals import show_residuals
 from handeye_cli.render.text import NOTHING, count, deg, mm, mrad, pixels
@@ -101,7 +101,7 @@ def _show_hypotheses(
 
 
 def _show_blame(blame: BlameShares, console: Console) -> None:
-    console.print(f"What the residuals come from: {blame.words or blame.limit}")
+    show_paragraph(console, f"What the residuals come from: {blame.words or blame.limit}")
     rows = [
         [
             cause,

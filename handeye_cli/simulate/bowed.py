@@ -13,6 +13,7 @@ import numpy as np
 
 from handeye_cli.errors import UsageError
 from handeye_cli.geometry import se3
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import FloatArray
 
 _FLATTEST = 10.0
@@ -102,7 +103,7 @@ def bow_of(points: FloatArray, height: float) -> Bow:
     if height == 0.0:
         return FLAT
     places = points[:, :2]
-    centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
+    centre = middle_of(places)
     square = _square(places - centre)
     slope = height / float(square.max())
     return Bow(centre, slope, -slope * float(square.mean()))

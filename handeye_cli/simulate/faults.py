@@ -19,6 +19,8 @@ from handeye_cli.errors import UsageError, did_you_mean
 from handeye_cli.records import FloatArray, IntArray
 
 _FLAG = "--fault"
+_LONGEST_LAG_NS = 3_600_000_000_000
+"""An hour: with more a stamp may leave what messages can hold."""
 
 
 @dataclass(frozen=True)
@@ -189,6 +191,13 @@ def _factor(word: str) -> float:
     return factor
 
 
+def _lag(word: str) -> int:
+    lag_ns = parse_duration(word)
+    if abs(lag_ns) > _LONGEST_LAG_NS:
+        raise UsageError(f"expected a time of at most an hour, found {word!r}")
+    return lag_ns
+
+
 def _move_plate(staging: Staging, name: str, length: float) -> Staging:
     shift = staging.target_shift.copy()
     shift[staging.index(name) :, 0] += length
@@ -233,9 +242,7 @@ FAULTS = {
     ),
     "swapped": FaultRow("swapped:STATION,STATION", "swapped:3,7", (_two_stations,), _swap),
     "dropped": FaultRow("dropped:STATION,...", "dropped:2,5", (_stations,), _drop),
-    "time-offset": FaultRow(
-        "time-offset:TIME", "time-offset:40ms", (parse_duration,), _delay_images
-    ),
+    "time-offset": FaultRow("time-offset:TIME", "time-offset:40ms", (_lag,), _delay_images),
     "bowed": FaultRow("bowed:LENGTH", "bowed:1.2mm", (parse_length,), _bow),
     "scaled": FaultRow("scaled:FACTOR", "scaled:1.25", (_factor,), _scale_print),
     "robot-scale": FaultRow("robot-scale:FACTOR", "robot-scale:1.003", (_factor,), _scale_robot),

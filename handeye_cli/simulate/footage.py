@@ -127,9 +127,9 @@ class Footage:
     def taken(self) -> tuple[IntArray, FloatArray]:
         """Return the (m,) times of the pictures and their (m, 4, 4) poses camera_T_target."""
         staging = self._simulated.staging
+        times = self.timetable.ticks(self._shooting.image_rate)
         # The first picture comes half a period after the first pose: robots have no pose before.
-        half = round(SECOND_NS / self._shooting.image_rate / 2)
-        times = self.timetable.ticks(self._shooting.image_rate) + half
+        times = times + round(SECOND_NS / self._shooting.image_rate / 2)
         times = times[times <= self.timetable.departures_ns[-1]]
         places = self.timetable.places(times)
         station = np.rint(places).astype(np.int64)

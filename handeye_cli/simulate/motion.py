@@ -17,13 +17,15 @@ from handeye_cli.errors import UsageError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import FloatArray, IntArray
 
-Way = Callable[[FloatArray], FloatArray]
+Route = Callable[[FloatArray], FloatArray]
 """From (m,) places to the (m, 4, 4) poses there."""
 
 SECOND_NS = 1_000_000_000
 _PEAK = 15.0 / 8.0
 _STEPS = 32
 """Parts of each motion whose speeds are compared with the limits."""
+_MOST_TICKS = 10_000_000
+"""As many times as memory surely holds."""
 _SHORTEST_S = 0.3
 """Even a robot that hardly moves takes this long."""
 
@@ -65,23 +67,30 @@ class Timetable:
         """Return the times from beginning to end at which something of this rate in Hz happens.
 
         Raises:
-            UsageError: The rate is not above 0.
+            UsageError: The rate is not above 0, or it happens too often to be listed.
         """
         if not rate > 0.0:
             raise UsageError(f"expected a rate above 0 Hz, found {rate:g} Hz")
         start, end = int(self.arrivals_ns[0]), int(self.departures_ns[-1])
-        count = int((end - start) / SECOND_NS * rate) + 1
+        seconds = (end - start) / SECOND_NS
+        count = int(seconds * rate) + 1
+        if count > _MOST_TICKS:
+            raise UsageError(
+                f"expected a run of at most {_MOST_TICKS} pictures or poses, found {count}, which "
+                f"is {seconds:g} s at {rate:g} Hz",
+                hint="shorten the pauses, or lower the rate",
+            )
         ticks = np.rint(np.arange(count) * (SECOND_NS / rate)).astype(np.int64)
         return np.asarray(start + ticks)
 
 
 def timetable(
-    way: Way, count: int, *, pause_ns: int, start_ns: int = 0, limits: SpeedLimits | None = None
+    route: Route, count: int, *, pause_ns: int, start_ns: int = 0, limits: SpeedLimits | None = None
 ) -> Timetable:
     """Return the fastest timetable that keeps the limits.
 
     Args:
-        way: The robot's way; its poses are what is limited.
+        route: The robot's way; its poses are what is limited.
         count: Number of stations N.
         pause_ns: Length of the pause at each.
         start_ns: Time of the first arrival.
@@ -96,7 +105,7 @@ def timetable(
             "expected a pause and speeds above 0, found "
             f"{pause_ns / SECOND_NS:g} s, {limits.speed:g} m/s and {limits.turn_rate:g} rad/s"
         )
-    travel_ns = np.ceil(SECOND_NS * _travel_seconds(way, count, limits)).astype(np.int64)
+    travel_ns = np.ceil(SECOND_NS * _travel_seconds(route, count, limits)).astype(np.int64)
     arrivals = start_ns + np.concatenate([[0], np.cumsum(pause_ns + travel_ns)])
     return Timetable(arrivals, arrivals + pause_ns)
 
@@ -112,9 +121,9 @@ def along(poses: FloatArray, places: FloatArray) -> FloatArray:
     return se3.from_parts(R, t)
 
 
-def _travel_seconds(way: Way, count: int, limits: SpeedLimits) -> FloatArray:
+def _travel_seconds(route: Route, count: int, limits: SpeedLimits) -> FloatArray:
     places = np.arange((count - 1) * _STEPS + 1) / _STEPS
-    poses = way(places)
+    poses = route(places)
     distance = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
     R = poses[:, :3, :3]
     angle = rotations.angle(np.swapaxes(R[:-1], -1, -2) @ R[1:])

@@ -8,6 +8,7 @@ import numpy as np
 
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.simulate.render import Appearance, rims
 from handeye_cli.simulate.scenery import Scenery, random_scenery, render_scene
@@ -113,7 +114,7 @@ def _random_pose(
     distance = 2.0 * camera.fx * radius / width
     u, v = rng.uniform(0.15, 0.85, 2) * [camera.width, camera.height]
     ray = np.array([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0])
-    middle = (centres.min(axis=0) + centres.max(axis=0)) / 2
+    middle = middle_of(centres)
     return se3.from_parts(R, distance * ray - R @ middle)
 
 

@@ -14,7 +14,8 @@ from handeye_cli.geometry import se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.records import Camera, FloatArray, GreyImage, IntArray
 from handeye_cli.simulate.bowed import FLAT, Bow, require_seen
-from handeye_cli.simulate.coverage import View, coverage, look
+from handeye_cli.simulate.coverage import coverage
+from handeye_cli.simulate.plate_view import View, look
 from handeye_cli.targets.drawing import Drawing
 
 _POINTS = 64

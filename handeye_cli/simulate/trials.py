@@ -14,8 +14,9 @@ from handeye_cli import solvers
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import ConvergenceError
 from handeye_cli.geometry import error_formulas, rotations, se3
-from handeye_cli.geometry.error_formulas import CriticalFactors, StationNoise
+from handeye_cli.geometry.error_formulas import FormulaFactors, StationNoise
 from handeye_cli.geometry.loop import isotropic_covariance, loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_inverse
 from handeye_cli.records import FloatArray, PaperPrediction
 from handeye_cli.records.simulation import (
     ErrorBound,
@@ -176,10 +177,8 @@ def cramer_rao_bounds(drawn: Draw, layout: Layout, setting: SimulationSetting) -
     weight = np.linalg.inv(loop_covariance(Problem(drawn.A, B, layout.pairs, covariance), loop))
     J = loop.by_unknowns
     information = np.sum(np.swapaxes(J, -1, -2) @ weight @ J, axis=-3)
-    scale = 1.0 / np.sqrt(np.einsum("...ii->...i", information))
-    inverse = np.linalg.inv(scale[..., None] * information * scale[..., None, :])
-    variance = np.einsum("...ii->...i", inverse) * scale**2
-    return np.asarray(np.sqrt(variance[:, :6].reshape(-1, 2, 3).sum(axis=-1))[:, ::-1])
+    variance = np.einsum("...ii->...i", scaled_inverse(information))
+    return np.asarray(np.sqrt(se3.by_kind(variance[:, :6]))[:, ::-1])
 
 
 def paper_prediction(layout: Layout, setting: SimulationSetting) -> PaperPrediction:
@@ -198,7 +197,7 @@ def paper_prediction(layout: Layout, setting: SimulationSetting) -> PaperPredict
     )
 
 
-def critical_factors(layout: Layout, lever: float) -> CriticalFactors:
+def critical_factors(layout: Layout, lever: float) -> FormulaFactors:
     """Return what the error depends on, section III-B of the paper.
 
     Only the gripper's way between stations depends on the direction of T_cg. With the turns R_i of

@@ -1,5 +1,6 @@
 """`handeye batch`: many recordings, of which some are bad."""
 
+import hashlib
 import json
 import os
 import signal
@@ -205,13 +206,19 @@ def test_all_well_is_exit_0_without_a_word(handeye, fleet, tmp_path, monkeypatch
 
 
 def test_a_worker_of_another_version_is_told(fleet):
-    from handeye_cli.batch import Way
+    from handeye_cli.batch import Treatment
     from handeye_cli.cli.batch_options import Recordings
     from handeye_cli.cli.camera_options import CameraFile
     from handeye_cli.cli.options import Mcap
 
     job = batch_work.Job(
-        Recordings(fleet[0]), Mcap(), CameraFile(), Way("tsai-lenz"), {}, False, version="0.0.7"
+        Recordings(fleet[0]),
+        Mcap(),
+        CameraFile(),
+        Treatment("tsai-lenz"),
+        {},
+        False,
+        version="0.0.7",
     )
     row = batch_work.carry_out(job).row
     assert (row.status, row.exit_code) == ("failed", 2)
@@ -305,6 +312,30 @@ def test_names_of_files_are_never_shared(paths):
     ) < len(paths)
     assert len(set(names)) == len(paths)
     assert not [name for name in names if "/" in name]
+
+
+def test_a_list_with_zero_bytes_between_the_names(handeye):
+    done = handeye("batch", "@-", stdin=b"none.json\na b.mcap\0c.mcap\0")
+    assert (done.code, done.out) == (3, "")
+    assert done.err.startswith(
+        "error: @-: expected one name in each line, found a zero byte after 'a b.mcap'\n"
+    )
+
+
+def test_a_link_to_itself_has_a_name(tmp_path):
+    loop = tmp_path / "loop.mcap"
+    loop.symlink_to(loop)
+    assert recording_names([str(loop)]) == [str(loop)]
+    assert unique_names([str(loop)]) == ["loop"]
+
+
+def test_the_calibration_that_is_verified_is_told_with_its_digest(handeye, fleet, tmp_path):
+    answer = tmp_path / "answer.yaml"
+    assert handeye("solve", fleet[0], "-o", answer).code == 0
+    done = handeye("batch", fleet[0], "--calibration", answer, "--json", "-q")
+    (step,) = json.loads(done.out)["provenance"]
+    digest = hashlib.sha256(answer.read_bytes()).hexdigest()
+    assert step["inputs"] == [{"file": str(answer), "sha256": digest}]
 
 
 def test_lists_that_cannot_be_read(tmp_path):

@@ -14,7 +14,9 @@ from scipy.spatial.transform import Rotation
 from handeye_cli import documents
 from handeye_cli.cli.export_mount import mount_pose
 from handeye_cli.cli.export_options import Frames
+from handeye_cli.cli.options import Source
 from handeye_cli.documents import exports
+from handeye_cli.errors import InputError
 from handeye_cli.geometry import se3
 from handeye_cli.records.free import FreeDirection, PosePart
 
@@ -101,7 +103,26 @@ def test_the_mount_link(handeye, calibration_file, tf_file, tmp_path, way):
 
 def test_the_link_of_a_recording_is_in_its_own_tf(tf_file):
     frames = Frames(child="camera_optical_frame", mount_frame="camera_link")
-    np.testing.assert_allclose(mount_pose(frames, tf_file), LINK_T_OPTICAL, atol=1e-15)
+    source = Source(str(tf_file))
+    np.testing.assert_allclose(mount_pose(frames, source), LINK_T_OPTICAL, atol=1e-15)
+
+
+def static_link(path, seconds, parent, child, pose):
+    payload = ros2.transforms((bags.ns(seconds), parent, child, bags.pose_numbers(pose)))
+    message = (bags.ns(seconds), "/tf_static", "tf2_msgs/msg/TFMessage", payload)
+    return str(bags.write(path, [message]))
+
+
+def test_the_link_is_looked_for_in_all_files_of_a_recording(tmp_path):
+    """Each of two files holds one half of the way from the link to the optical frame."""
+    first = static_link(tmp_path / "0.mcap", 0, "camera_link", "lens", LINK_T_OPTICAL)
+    second = static_link(tmp_path / "1.mcap", 1, "lens", "camera_optical_frame", np.eye(4))
+    frames = Frames(child="camera_optical_frame", mount_frame="camera_link")
+    source = Source(first, further=[second])
+    np.testing.assert_allclose(mount_pose(frames, source), LINK_T_OPTICAL, atol=1e-15)
+    with pytest.raises(InputError, match="found 'cam_link'") as caught:
+        mount_pose(replace(frames, mount_frame="cam_link"), source)
+    assert caught.value.where == f"{first} and 1 more: --mount-frame"
 
 
 def test_easy_handeye2_files_it_under_the_name_of_the_file(handeye, calibration_file, tmp_path):
@@ -163,11 +184,28 @@ def test_help_names_every_format(handeye, monkeypatch):
     assert max(map(len, done.out.splitlines())) <= 80
 
 
-def test_a_partial_answer_is_no_transform(handeye, calibration_file, tmp_path):
-    words = "translation along the gripper's z axis"
-    free = FreeDirection(PosePart.TRANSLATION, np.array([0.0, 0.0, 1.0]), "gripper", words)
+FREE = "translation along the gripper's z axis"
+NEEDS_ALL = {
+    "export": ["export", "partial.yaml", "--to", "csv"],
+    "verify": ["verify", "stations.json", "--calibration", "partial.yaml"],
+    "batch": ["batch", "stations.json", "--calibration", "partial.yaml"],
+    "plan": ["plan", "--stations", "5", "--calibration", "partial.yaml"],
+    "simulate": ["simulate", "recording", "--calibration", "partial.yaml", "-o", "made"],
+}
+
+
+@pytest.mark.parametrize("command", NEEDS_ALL)
+def test_a_partial_answer_is_none_to_go_by(
+    handeye, calibration_file, tmp_path, monkeypatch, command
+):
+    free = FreeDirection(PosePart.TRANSLATION, np.array([0.0, 0.0, 1.0]), "gripper", FREE)
     path = str(tmp_path / "partial.yaml")
     documents.write(replace(documents.read(str(calibration_file)), free=(free,)), path)
-    done = handeye("export", path, "--to", "csv")
+    monkeypatch.chdir(tmp_path)
+    done = handeye(*NEEDS_ALL[command])
     assert (done.code, done.out) == (3, "")
-    assert f"partial one, which leaves free: {words}" in done.err
+    assert done.err == (
+        "error: partial.yaml: expected a whole answer, found a partial one, which leaves free: "
+        f"{FREE}\nhint: add stations that determine it, and solve without --partial\n"
+    )
+    assert not (tmp_path / "made").exists()

@@ -1,6 +1,7 @@
 """`handeye import`: the document it writes, what it tells, and what it refuses."""
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -138,6 +139,24 @@ def test_without_an_output_a_person_is_told_about_it(handeye, samples):
     assert done.code == 0
     assert done.out.endswith("  write the document with -o FILE\n")
     assert handeye("import", samples, *IN_HAND, "-q", terminal=True).out == ""
+
+
+def test_the_next_command_can_be_copied_whatever_the_file_is_called(
+    handeye, samples, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    done = handeye("import", samples, *IN_HAND, "-o", "cell 4's.yaml", terminal=True)
+    assert done.out.endswith("""  next: handeye solve 'cell 4'"'"'s.yaml'\n""")
+    done = handeye("import", samples, *IN_HAND, "--output=-4.yaml", terminal=True)
+    assert done.out.endswith("  next: handeye solve ./-4.yaml\n")
+    (line,) = [each for each in done.out.splitlines() if "next: " in each]
+    assert handeye(*shlex.split(line.partition("next: handeye ")[2])).code == 0
+
+
+def test_one_file_is_imported_at_a_time(handeye, samples):
+    done = handeye("import", samples, "other.samples", *IN_HAND)
+    assert (done.code, done.out) == (2, "")
+    assert "other.samples" in done.err
 
 
 REFUSED = [

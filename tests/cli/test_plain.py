@@ -36,7 +36,7 @@ def by_typer(words):
         "-o - in.yaml --force -q --json",
         "--method=tsai-lenz in.yaml --pairs all",
         "in.yaml --setup eye-to-hand --output=a=b --pose-units mm",
-        "in.yaml --target= --method=-x",
+        "in.yaml --target=t --method=-x",
         "in.yaml --allow-outside --quaternion-order=wxyz --robot-poses base-in-gripper",
     ],
 )

@@ -240,7 +240,17 @@ def test_a_person_is_told_how_to_go_on(simulate, tmp_path):
     assert f"handeye solve {bag} --setup eye-in-hand --target disc-grid:6x6:5mm:4mm" in done.out
     done = simulate(*SMALL, "--seed", 1, "-o", tmp_path / "made", terminal=True)
     assert f"handeye solve {tmp_path / 'made'}/recording.yaml" in done.out
+    done = simulate(*SMALL, "--seed", 1, "-o", tmp_path / "cell 4; $x/", terminal=True)
+    assert f"handeye solve '{tmp_path / 'cell 4; $x'}/recording.yaml'\n" in done.out
     assert simulate(*SMALL, "-q", "-o", tmp_path / "quiet", terminal=True).out == ""
+
+
+def test_of_several_flags_without_effect_the_first_is_told(simulate, tmp_path):
+    words = ["--height", 90, "--focal-px", 100, "--width", 90, "--camera", "a.yaml"]
+    for _ in range(3):
+        done = simulate(*words, "-o", tmp_path / "made")
+        assert (done.code, done.out) == (2, "")
+        assert done.err.startswith("error: --width has no effect beside --camera")
 
 
 def test_what_is_there_stays_without_force(simulate, tmp_path):
@@ -274,10 +284,10 @@ def test_what_is_there_stays_without_force(simulate, tmp_path):
         (("--tilt", "85deg"), 2, ["found 85 deg"]),
         (("--distance", "20"), 2, ["found '20'"]),
         (("--robot-rotation", "=-1mrad"), 2, ["'=-1mrad'"]),
-        (("--robot-translation", "-1mm"), 2, ["--robot-translation", "found -0.001"]),
+        (("--robot-translation", "-1mm"), 2, ["--robot-translation", "found '-1mm'"]),
         (("--distortion", "0.1,0.2"), 2, ["--distortion", "found '0.1,0.2'"]),
         (("--distortion", "0.1,a,0,0"), 2, ["found '0.1,a,0,0'"]),
-        (("--plan", "nowhere.yaml", "--stations", "5"), 3, ["nowhere.yaml", "No such file"]),
+        (("--plan", "nowhere.yaml"), 3, ["nowhere.yaml", "No such file"]),
         (("--camera", "nowhere.yaml"), 2, ["has no effect beside --camera"]),
         (("--calibration", "nowhere.yaml"), 3, ["nowhere.yaml", "No such file"]),
     ],

@@ -66,6 +66,12 @@ def test_what_is_unknown_is_left_out_and_units_are_those_of_people():
     assert data["rows"][1]["seen_error"] == {"rotation_mrad": 0.91, "translation_mm": 0.29}
 
 
+def test_a_batch_without_provenance_has_no_such_key():
+    text = documents.dump(Batch((BatchRow("a"),)), "yaml")
+    assert "provenance" not in text
+    assert documents.read("-", stdin=io.BytesIO(text.encode())) == Batch((BatchRow("a"),))
+
+
 FAULTS = {
     "an unknown status": ({"status": "fine"}, "found 'fine'"),
     "a misspelt key": ({"stattions": 3}, "did you mean 'stations'"),

@@ -82,6 +82,15 @@ def test_visp_keeps_a_robot_pose_whose_target_was_not_found(write):
     assert "pose_cPo_2.yaml" in stations[1].reason
 
 
+def test_a_robot_pose_whose_target_was_not_found_says_how_it_was_written(write):
+    path, options = write("visp-poses")
+    (path / "pose_cPo_1.yaml").unlink()
+    turned = replace(options, robot_poses=RobotPoses.BASE_IN_GRIPPER)
+    first, second, *_ = imports.read(str(path), turned).record.stations
+    assert first.camera_T_target is None
+    assert first.written == second.written == WrittenRotation(RobotPoses.BASE_IN_GRIPPER)
+
+
 def test_visp_orders_stations_by_their_numbers(write):
     path, options = write("visp-poses")
     for stem in ("franka_pose_fPe", "pose_cPo"):
@@ -207,6 +216,36 @@ def test_between_two_rows_the_pose_is_on_the_way(timed):
     R = start[:3, :3] @ Rotation.from_rotvec(turn / 3).as_matrix()
     np.testing.assert_allclose(pose[:3, :3], R, atol=1e-9)
     np.testing.assert_allclose(pose[:3, 3], (2 * start[:3, 3] + end[:3, 3]) / 3, atol=1e-9)
+
+
+def test_a_pose_on_the_way_says_how_those_around_it_were_written(timed):
+    path, options = timed(["10.00", "10.09"], ["10.03.png"])
+    turned = replace(options, robot_poses=RobotPoses.BASE_IN_GRIPPER)
+    (station,) = imports.read(str(path), turned).record.stations
+    assert station.written == WrittenRotation(RobotPoses.BASE_IN_GRIPPER)
+
+
+RESTS = "10.00,0,0,0,{},10,20\n10.09,0,0,0,{},10.003,20\n"
+TURNS = "10.00,0,0,0,10,10,20\n10.09,0,0,0,40,50,20\n"
+ON_THE_WAY = [
+    (RESTS.format("-179.999", "179.998"), (-180.0, 10.001, 20)),
+    (TURNS, None),
+]
+
+
+@pytest.mark.parametrize(("rows", "angles"), ON_THE_WAY)
+def test_euler_angles_on_the_way_are_kept_while_the_robot_rests(timed, rows, angles):
+    """Over the seam at half a turn too; where it turns, they are not those of the shortest arc."""
+    path, options = timed([], ["10.03.png"])
+    path.write_text(f"time,x,y,z,rx,ry,rz\n{rows}", encoding="utf-8")
+    (station,) = imports.read(str(path), replace(options, rotation="ZYX:deg")).record.stations
+    if angles is None:
+        assert station.written is None
+    else:
+        assert station.written.order == "ZYX"
+        np.testing.assert_allclose(station.written.euler, angles, atol=1e-9)
+        R = Rotation.from_euler("ZYX", angles, degrees=True).as_matrix()
+        np.testing.assert_allclose(station.base_T_gripper[:3, :3], R, atol=1e-6)
 
 
 def test_images_without_a_pose_are_left_out_and_told(timed):

@@ -203,6 +203,17 @@ def test_two_images_of_one_pose(write, tmp_path):
         imports.read(str(path), options)
 
 
+@pytest.mark.parametrize("other", ["0.png", "./0.png", "../rgb/0.png"])
+def test_one_image_of_two_poses(tmp_path, other):
+    foreign_files.save_pictures(shots(), tmp_path / "rgb", lambda index: f"{index}.png")
+    rows = f"image,x,y,z,qx,qy,qz,qw\n0.png,1,2,3,0,0,0,1\n{other},1,2,4,0,0,0,1\n"
+    (tmp_path / "poses.csv").write_text(rows, encoding="utf-8")
+    options = ImportOptions(IN_HAND, BOARD, images=str(tmp_path / "rgb"), folder=tmp_path)
+    with pytest.raises(InputError, match=f"found '{other}' after '0.png'") as caught:
+        imports.read(str(tmp_path / "poses.csv"), options)
+    assert caught.value.where.endswith("line 3: image")
+
+
 def test_two_images_of_one_name(write, tmp_path):
     path, options = write("csv-by-number")
     first = tmp_path / "frames" / "frame_0001.png"

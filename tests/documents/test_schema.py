@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 
 import numpy as np
@@ -236,6 +237,56 @@ def test_features_are_found_or_have_a_reason(entry):
     }
     with pytest.raises(InputError, match="where found is true, with a reason where it is false"):
         read(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "found"), [(5, "the number 5"), ("abc", "'abc'"), (None, "nothing"), ([1], "a list")]
+)
+def test_what_is_no_mapping_has_no_keys(data, found):
+    with pytest.raises(InputError, match=f"expected a mapping, found {found}") as caught:
+        schema.validate(data, "plan", "f")
+    assert caught.value.where == "f"
+
+
+def test_a_plan_has_stations():
+    data = yaml.safe_load(documents.dump(samples.plan(np.random.default_rng(1)), "yaml"))
+    with pytest.raises(InputError, match="found a list of 0") as caught:
+        read(data | {"stations": [], "pairs": []})
+    assert caught.value.where == "standard input: stations"
+
+
+def texts_in(data, path=()):
+    """Yield the path of every text; of a list that of its first item, which stands for all."""
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data[:1]):
+        if isinstance(value, dict | list):
+            yield from texts_in(value, (*path, key))
+        elif isinstance(value, str):
+            yield (*path, key)
+
+
+def replaced(data, path, value):
+    """Return a copy with another value at a path."""
+    key, *rest = path
+    copied = copy.copy(data)
+    copied[key] = replaced(data[key], rest, value) if rest else value
+    return copied
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["recording", "features", "stations", "calibration", "verification", "inspection", "plan"],
+)
+def test_a_list_for_a_text_is_a_fault_of_the_document(kind, tmp_path):
+    """Names, codes and choices are looked up in tables, where no list can be."""
+    record = samples.records(np.random.default_rng(3), tmp_path)[kind]
+    data = yaml.safe_load(documents.dump(record, "yaml"))
+    refused = 0
+    for path in texts_in(data):
+        try:
+            read(replaced(data, path, [1]))
+        except InputError:
+            refused += 1
+    assert refused >= 2
 
 
 @pytest.mark.parametrize("kind", schema.KINDS)

@@ -8,7 +8,7 @@ from decimal import Decimal
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from handeye_cli.documents import text
@@ -79,8 +79,12 @@ def test_names_stay_as_written(parse):
 
 
 def test_unit_suffixed_numbers_keep_their_digits(parse):
-    data = parse("{a_mrad: 0.8100000000000000123, b_mm: 2, c_mm: .inf, d_mm: 1e-999, e: 0.1}")
+    data = parse(
+        "{a_mrad: 0.8100000000000000123, a_ms: 4.1000000000000000123, b_mm: 2, c_mm: .inf, "
+        "d_mm: 1e-999, e: 0.1}"
+    )
     assert data["a_mrad"] == Decimal("0.8100000000000000123")
+    assert data["a_ms"] == Decimal("4.1000000000000000123")
     assert type(data["b_mm"]) is int
     assert type(data["c_mm"]) is type(data["d_mm"]) is type(data["e"]) is float
 
@@ -113,6 +117,27 @@ def test_an_expansion_bomb_is_refused(parse):
         parse("\n".join(lines))
 
 
+def nested(name, value, levels):
+    return f"{name}: &{name} {'[' * levels}{value}{']' * levels}"
+
+
+def test_aliases_do_not_nest_deeper_than_what_is_written(parse):
+    """Each level of the text may hold an alias of the one before: few values, but a deep tree."""
+    levels = text.MAX_DEPTH // 2
+    within = f"{nested('a', '1', levels)}\n{nested('b', '*a', levels - 1)}"
+    assert str(parse(within)["b"]) == f"{'[' * (2 * levels - 1)}1{']' * (2 * levels - 1)}"
+    with pytest.raises(InputError, match="at most 60 levels of nesting") as caught:
+        parse(f"{within}\nc: [*b]")
+    assert caught.value.where == "f, line 3, column 5"
+
+
+def test_a_chain_of_deep_aliases_is_refused(parse):
+    links = [nested(f"a{k}", f"*a{k - 1}", 50) for k in range(1, 40)]
+    with pytest.raises(InputError, match="at most 60 levels of nesting") as caught:
+        parse("\n".join([nested("a0", "1", 50), *links]))
+    assert caught.value.where.startswith("f, line 2, ")
+
+
 def test_size_is_bounded(monkeypatch):
     monkeypatch.setattr(text, "MAX_BYTES", 3_000_000)
     with pytest.raises(InputError, match="at most 3 MB, found more"):
@@ -134,7 +159,7 @@ FAULTS = [
     ("a: 'b", "not valid YAML or JSON", "f, line 1, column"),
     (b"a: 1\nb: \xff", "found the byte 0xff", "f, line 2"),
     ("a: \x07", "not valid YAML or JSON", "f"),
-    ("\x00", "not valid YAML or JSON", "f"),
+    ("a: 1\nb: \x00", "found a zero byte", "f, line 2"),
 ]
 
 
@@ -156,6 +181,7 @@ JSON = st.recursive(
 )
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])  # as it may be on a busy machine
 @given(JSON)
 def test_json_means_what_it_means_to_a_json_reader(data):
     content = json.dumps(data)

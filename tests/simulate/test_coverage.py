@@ -10,13 +10,9 @@ from handeye_cli.errors import InputError, UsageError
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.records import Camera
 from handeye_cli.simulate.bowed import FLAT, Bow
-from handeye_cli.simulate.coverage import (
-    blur_weights,
-    half_plane_share,
-    interpolated,
-    look,
-    plate_rays,
-)
+from handeye_cli.simulate.coverage import half_plane_share
+from handeye_cli.simulate.pixel_blur import blur_weights
+from handeye_cli.simulate.plate_view import interpolated, look, plate_rays
 
 DISTORTED = Camera(640, 480, 550.0, 548.0, 322.0, 238.0, (-0.2, 0.06, 0.001, -0.0007, 0.01))
 TILTED = se3.from_parts(rotations.exp(np.array([0.4, -0.3, 0.6])), np.array([-0.02, 0.01, 0.3]))

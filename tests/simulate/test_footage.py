@@ -137,6 +137,16 @@ def test_a_plate_is_moved_half_way_to_its_station():
     assert 0 < late.sum() < len(late)
 
 
+@pytest.mark.parametrize("rate", [0.0, -5.0])
+def test_pictures_and_poses_without_a_rate_are_refused(rate):
+    _, footage = filmed(shooting=replace(SHOOTING, image_rate=rate, pose_rate=rate))
+    message = f"expected a rate above 0 Hz, found {rate:g} Hz"
+    with pytest.raises(UsageError, match=message):
+        next(footage.pictures())
+    with pytest.raises(UsageError, match=message):
+        footage.links()
+
+
 def test_a_run_without_a_pause_is_refused():
     with pytest.raises(UsageError, match="found 0 s"):
         filmed(shooting=replace(SHOOTING, pause_ns=0))

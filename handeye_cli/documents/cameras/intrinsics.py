@@ -83,6 +83,14 @@ def numbers(value: Any, place: Place) -> list[float]:
     return flat
 
 
+def elements(value: Any) -> Any:
+    """Return the list of a matrix that is a mapping of rows, cols and data, as FileStorage has it.
+
+    Anything else comes back as it is.
+    """
+    return value["data"] if isinstance(value, dict) and "data" in value else value
+
+
 def exactly(count: int, value: Any, place: Place) -> list[float]:
     """Return a list of so many numbers.
 

@@ -15,6 +15,7 @@ from typing import Any
 from handeye_cli.documents.cameras.intrinsics import (
     Cameras,
     Intrinsics,
+    elements,
     exactly,
     focal_lengths,
     image_size,
@@ -71,7 +72,7 @@ def _camera(data: dict[str, Any], key: str, camera: str, place: Place) -> Intrin
 
 
 def _pinhole(value: Any, place: Place) -> tuple[float, float, float, float]:
-    fx, skew, cx, y, fy, cy, *last = exactly(9, _elements(value), place)
+    fx, skew, cx, y, fy, cy, *last = exactly(9, elements(value), place)
     if abs(skew) > _SKEW * abs(fx) or y != 0.0 or last != [0.0, 0.0, 1.0]:
         raise InputError(
             "expected a camera matrix [fx, 0, cx, 0, fy, cy, 0, 0, 1], found "
@@ -90,7 +91,7 @@ def _lens(data: dict[str, Any], camera: str, place: Place) -> tuple[str, tuple[f
             where=str(place),
             hint="name them distortion_coefficients; an empty list means none",
         )
-    coefficients = numbers(_elements(data[key]), place.key(key))
+    coefficients = numbers(elements(data[key]), place.key(key))
     return lens(_model(data, len(coefficients), place), coefficients, _MODELS, place.key(key))
 
 
@@ -122,12 +123,7 @@ def _size(data: dict[str, Any], place: Place) -> tuple[int, int] | None:
     value = data[key]
     if isinstance(value, dict) and {"width", "height"} <= value.keys():
         return image_size([value["width"], value["height"]], place.key(key))
-    return image_size(_elements(value), place.key(key))
-
-
-def _elements(value: Any) -> Any:
-    """Return the list of a matrix that is a mapping of rows, cols and data."""
-    return value["data"] if isinstance(value, dict) and "data" in value else value
+    return image_size(elements(value), place.key(key))
 
 
 def _key(data: Iterable[str], stems: Iterable[str], camera: str = "") -> str | None:

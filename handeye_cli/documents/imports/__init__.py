@@ -124,7 +124,7 @@ def _unrecognised(foreign: Foreign) -> InputError:
 
 
 def _found(foreign: Foreign) -> str:
-    if foreign.path.is_dir():
+    if foreign.is_folder:
         return f"a folder with {len(foreign.entries)} files"
     return describe(foreign.data) if foreign.data is not None else f"{len(foreign.content)} bytes"
 

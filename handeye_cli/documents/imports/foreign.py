@@ -115,9 +115,23 @@ class Foreign:
         return tuple(self._digests.items())
 
     @cached_property
+    def is_folder(self) -> bool:
+        """Whether it is a folder.
+
+        Raises:
+            InputError: It can be no name of a file.
+        """
+        try:
+            return self.path.is_dir()
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            message = f"expected a readable file or folder: {reason}"
+            raise InputError(message, where=self.name) from error
+
+    @cached_property
     def entries(self) -> tuple[str, ...]:
         """Names of the files in the folder, sorted; none where it is no folder."""
-        return list_folder(self.path) if self.path.is_dir() else ()
+        return list_folder(self.path) if self.is_folder else ()
 
     @cached_property
     def content(self) -> bytes:
@@ -126,7 +140,7 @@ class Foreign:
         Raises:
             InputError: It cannot be read.
         """
-        return b"" if self.path.is_dir() else self.read(self.name)
+        return b"" if self.is_folder else self.read(self.name)
 
     @cached_property
     def data(self) -> Any:
@@ -162,7 +176,7 @@ class Foreign:
 
     def beside(self, name: str) -> str:
         """Return the path of a file that is named relative to this one, or lies in this folder."""
-        folder = self.path if self.path.is_dir() else self.path.parent
+        folder = self.path if self.is_folder else self.path.parent
         return str(folder / name)
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from handeye_cli.conventions import RobotPoses, Setup
-from handeye_cli.documents.cameras.intrinsics import exactly, numbers
+from handeye_cli.documents.cameras.intrinsics import elements, exactly, numbers
 from handeye_cli.documents.complaints import describe
 from handeye_cli.documents.imports.fields import entries, mapping
 from handeye_cli.documents.imports.foreign import Foreign, ImportOptions
@@ -156,8 +156,8 @@ def _pose(sample: _Sample, keys: tuple[str, str], place: Place) -> PlacedPose:
     if not _has(sample, keys):
         raise _incomplete(sample, place)
     rotation, translation = (sample[key.lower()] for key in keys)
-    t = exactly(3, _elements(translation.value), translation.place)
-    R = numbers(_elements(rotation.value), rotation.place)
+    t = exactly(3, elements(translation.value), translation.place)
+    R = numbers(elements(rotation.value), rotation.place)
     if len(R) == 3:
         return PlacedPose({"translation": t, "rotvec": R}, rotation.place)
     if len(R) != 9:
@@ -167,11 +167,6 @@ def _pose(sample: _Sample, keys: tuple[str, str], place: Place) -> PlacedPose:
         )
     rows = [*R[:3], t[0], *R[3:6], t[1], *R[6:], t[2], 0.0, 0.0, 0.0, 1.0]
     return from_rows(rows, rotation.place)
-
-
-def _elements(value: Any) -> Any:
-    """Return the numbers of a FileStorage's matrix, which is a mapping of rows, cols and data."""
-    return value["data"] if isinstance(value, dict) and "data" in value else value
 
 
 def _incomplete(sample: _Sample, place: Place) -> InputError:

@@ -10,7 +10,8 @@ from handeye_cli.documents.place import Place
 from handeye_cli.documents.poses import PoseConventions, pose_from_data, robot_pose_from_data
 from handeye_cli.documents.written import written_from_data
 from handeye_cli.images import ImageFile
-from handeye_cli.records import RecordedStation, Station
+from handeye_cli.records import FloatArray, RecordedStation, Station
+from handeye_cli.records.line import WrittenRotation
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,9 @@ def station(
     Raises:
         InputError: One of them is no pose.
     """
-    pose = robot_pose_from_data(robot.data, conventions, robot.place)
-    return Station(
-        name=name,
-        base_T_gripper=pose,
-        camera_T_target=pose_from_data(target.data, conventions, target.place),
-        written=written_from_data({"base_T_gripper": robot.data}, pose, conventions, robot.place),
-    )
+    pose, written = robot_pose(robot, conventions)
+    seen = pose_from_data(target.data, conventions, target.place)
+    return Station(name, pose, camera_T_target=seen, written=written)
 
 
 def unseen(name: str, robot: PlacedPose, reason: str, conventions: PoseConventions) -> Station:
@@ -64,8 +61,8 @@ def unseen(name: str, robot: PlacedPose, reason: str, conventions: PoseConventio
     Raises:
         InputError: The robot's is no pose.
     """
-    pose = robot_pose_from_data(robot.data, conventions, robot.place)
-    return Station(name=name, base_T_gripper=pose, reason=reason)
+    pose, written = robot_pose(robot, conventions)
+    return Station(name, pose, reason=reason, written=written)
 
 
 def recorded(
@@ -76,6 +73,18 @@ def recorded(
     Raises:
         InputError: The robot's is no pose.
     """
-    pose = robot_pose_from_data(robot.data, conventions, robot.place)
-    written = written_from_data({"base_T_gripper": robot.data}, pose, conventions, robot.place)
+    pose, written = robot_pose(robot, conventions)
     return RecordedStation(name, pose, image, written)
+
+
+def robot_pose(
+    robot: PlacedPose, conventions: PoseConventions
+) -> tuple[FloatArray, WrittenRotation | None]:
+    """Return the (4, 4) `base_T_gripper` of a robot's pose, and how it was written.
+
+    Raises:
+        InputError: It is no pose.
+    """
+    pose = robot_pose_from_data(robot.data, conventions, robot.place)
+    entry = {"base_T_gripper": robot.data}
+    return pose, written_from_data(entry, pose, conventions, robot.place)

@@ -6,17 +6,18 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 import numpy as np
 
-from handeye_cli.documents.imports.pose_pairs import PlacedPose, recorded
+from handeye_cli.documents.imports.pose_pairs import PlacedPose, recorded, robot_pose
 from handeye_cli.documents.imports.table import Row
-from handeye_cli.documents.poses import PoseConventions, robot_pose_from_data
+from handeye_cli.documents.poses import PoseConventions
+from handeye_cli.documents.written import written_between
 from handeye_cli.errors import InputError
 from handeye_cli.geometry.trajectory import between
 from handeye_cli.images import ImageFile
-from handeye_cli.records import FloatArray, IntArray, RecordedStation
+from handeye_cli.records import IntArray, RecordedStation
 
 _WHOLE = re.compile(r"[0-9]{1,18}")
 _NANOSECONDS = Decimal(10) ** 15
@@ -50,14 +51,19 @@ class Table:
         """
         return recorded(name, self.pose_of(row), image, self.conventions)
 
-    def pose(self, row: Row) -> FloatArray:
-        """Return the (4, 4) `base_T_gripper` of a row.
+    def station_between(
+        self, name: str, start: Row, end: Row, share: float, image: ImageFile
+    ) -> RecordedStation:
+        """Return the station of a picture that was taken on the way from one row to the next.
 
         Raises:
-            InputError: It holds no pose.
+            InputError: One of the rows holds no pose.
         """
-        placed = self.pose_of(row)
-        return robot_pose_from_data(placed.data, self.conventions, placed.place)
+        (first, written), (last, its) = (
+            robot_pose(self.pose_of(row), self.conventions) for row in (start, end)
+        )
+        pose = between(first, last, np.array(share))
+        return RecordedStation(name, pose, image, written_between(written, its, share, pose))
 
 
 @dataclass(frozen=True)
@@ -133,9 +139,9 @@ def _at_time(table: Table, times: IntArray, image: ImageFile) -> RecordedStation
         return table.station(_stem(image), table.rows[nearest], image)
     if len(near) < 2 or int(times[after] - times[after - 1]) > _GAP_NS:
         return None
-    start, end = (table.pose(table.rows[index]) for index in near)
+    start, end = (table.rows[index] for index in near)
     share = (time - int(times[after - 1])) / int(times[after] - times[after - 1])
-    return RecordedStation(_stem(image), between(start, end, np.array(share)), image)
+    return table.station_between(_stem(image), start, end, share, image)
 
 
 def _stem(image: ImageFile) -> str:
@@ -170,6 +176,27 @@ def _require_one_image(images: Sequence[ImageFile], found: Sequence[Row | None])
                 f"expected one image for this pose, found {first.label} and {image.label}",
                 where=str(row.place),
                 hint="leave the images of one camera in the folder",
+            )
+
+
+def require_one_pose(images: Sequence[ImageFile], rows: Sequence[Row]) -> None:
+    """Check that no image belongs to two poses.
+
+    Args:
+        images: Those that the rows name.
+        rows: In the same order.
+
+    Raises:
+        InputError: Two rows name the same file.
+    """
+    first: dict[Path, Row] = {}
+    for image, row in zip(images, rows, strict=True):
+        other = first.setdefault(image.path, row)
+        if other is not row:
+            raise InputError(
+                f"expected one pose for each image, found {row.cells['image']!r} after "
+                f"{other.cells['image']!r}, which is the same file",
+                where=str(row.place.key("image")),
             )
 
 

@@ -16,11 +16,18 @@ from pathlib import Path
 from handeye_cli.documents.imports.foreign import Foreign, ImportOptions, list_folder
 from handeye_cli.documents.imports.pictures import is_image, names_of, picture
 from handeye_cli.documents.imports.table import is_table, rows_of
-from handeye_cli.documents.imports.table_pairs import Pairs, Table, by_key, by_time
+from handeye_cli.documents.imports.table_pairs import (
+    Pairs,
+    Table,
+    by_key,
+    by_time,
+    require_one_pose,
+)
 from handeye_cli.documents.imports.table_poses import reader
 from handeye_cli.errors import InputError
 from handeye_cli.images import ImageFile
 from handeye_cli.records import Finding, RecordedStation, Recording
+from handeye_cli.wording import first_few
 
 _NAMED = 3
 """Images without a pose that a finding names."""
@@ -55,6 +62,7 @@ def _named(foreign: Foreign, table: Table, options: ImportOptions) -> tuple[Reco
         picture(str(folder / row.cells["image"]), options, row.place.key("image"))
         for row in table.rows
     ]
+    require_one_pose(images, table.rows)
     return tuple(
         table.station(name, row, image)
         for name, row, image in zip(names_of(images), table.rows, images, strict=True)
@@ -108,10 +116,9 @@ def _require_own_stems(names: list[str], folder: str) -> None:
 def _unused(pairs: Pairs, images: list[ImageFile]) -> tuple[Finding, ...]:
     if not pairs.lone:
         return ()
-    named = ", ".join(image.label for image in pairs.lone[:_NAMED])
-    more = ", ..." if len(pairs.lone) > _NAMED else ""
+    named = first_few([image.label for image in pairs.lone], _NAMED)
     message = (
         f"{len(pairs.lone)} of {len(images)} images have no pose in the table and are left out: "
-        f"{named}{more}"
+        f"{named}"
     )
     return (Finding("images-without-pose", "warning", message, "see whether poses are missing"),)
