@@ -20,6 +20,7 @@ from handeye_cli.conventions import MM, MRAD
 from handeye_cli.factors import measured_factors
 from handeye_cli.geometry import rotations, statistics
 from handeye_cli.geometry.loop import isotropic_covariance
+from handeye_cli.lasting_causes import LASTING
 from handeye_cli.noise_levels import NoiseModel
 from handeye_cli.records import (
     CriticalFactors,
@@ -35,6 +36,8 @@ from handeye_cli.solvers import Solution
 from handeye_cli.solvers.motions import interstation_motions
 from handeye_cli.what_if import Layout, Rig
 
+_DOMINATES = 0.5
+"""Part of a mean square error from which on what no step changes is told as well."""
 _MOST = 4
 _WORTH_IT = 0.1
 """Smallest part of an error that an improvement takes away, of rotation or translation."""
@@ -62,6 +65,7 @@ class _Case(NamedTuple):
         resees: Whether the camera's noise follows from what it sees.
         intrinsics: What is known of the error of the intrinsics, which all stations share.
         centre: (3,) point of the target that it is looked at.
+        target: Shorthand of the target, or None where that point is its origin.
     """
 
     layout: Layout
@@ -72,6 +76,7 @@ class _Case(NamedTuple):
     resees: bool
     intrinsics: _Intrinsics
     centre: FloatArray
+    target: str | None
 
     def at(self, B: FloatArray, sight: Sight | None = None) -> FloatArray:
         """Return the (2,) expected error with the stations at other (N, 4, 4) poses B."""
@@ -90,12 +95,14 @@ class _Step(NamedTuple):
         action: What would be done, in words.
         error: (2,) rotation and translation error from the noise of the stations.
         shared: What the error that all stations share is multiplied by.
+        command: The whole command line that does it, where there is one.
     """
 
     change: str
     action: str
     error: FloatArray
     shared: float = 1.0
+    command: str = ""
 
 
 def advise(
@@ -124,10 +131,11 @@ def advise(
         model: The noise of the stations' poses.
         error: The predicted error of the answer.
         lasting: (2,) parts of its squares, rotation and translation, that none of this changes:
-            those of a bent target and of the robot's geometry.
+            those of a bent target, of the robot's geometry and of an error of all robot poses.
 
     Returns:
-        The factors, and at most four improvements, the best first.
+        The factors, and at most four improvements, the best first; before them, where what lasts is
+        most of an error, what would be left without it.
     """
     noise = model.noise
     robot = isotropic_covariance(noise.robot_rotation or 0.0, noise.robot_translation or 0.0)
@@ -160,7 +168,16 @@ def _case(stations: Stations, chain: Chain, pairs: IntArray, rig: Rig, model: No
         resees=sight is not None and resees,
         intrinsics=_intrinsics(stations),
         centre=np.zeros(3) if sight is None else sight.centre,
+        target=None if sight is None else _shorthand(stations),
     )
+
+
+def _shorthand(stations: Stations) -> str | None:
+    if stations.target is None:
+        return None
+    from handeye_cli import targets
+
+    return targets.shorthand(stations.target)
 
 
 def _intrinsics(stations: Stations) -> _Intrinsics:
@@ -189,17 +206,37 @@ def _improvements(
         if gain >= _WORTH_IT and np.all(after <= _NO_WORSE * reported):
             found.append((gain, _improvement(step, reported, after)))
     found.sort(key=lambda each: -each[0])
-    return tuple(improvement for _, improvement in found[:_MOST])
+    steps = tuple(improvement for _, improvement in found[:_MOST])
+    return (*_without_lasting(reported, lasting), *steps)
+
+
+def _without_lasting(reported: FloatArray, lasting: FloatArray) -> tuple[Improvement, ...]:
+    """Return what would be left without an error that is no noise, where that dominates."""
+    share = lasting / np.maximum(reported, np.finfo(float).tiny) ** 2
+    if np.max(share) <= _DOMINATES:
+        return ()
+    left = np.sqrt(np.maximum(reported**2 - lasting, 0.0))
+    rotation, translation = (100.0 * np.minimum(share, 1.0)).tolist()
+    action = "taking away what is no noise"
+    message = (
+        f"{rotation:.0f} % of the mean square error in rotation and {translation:.0f} % in "
+        "translation are no noise, and no other step changes them; "
+        f"{_promise('taking that away', reported, left)}"
+    )
+    return (Improvement(LASTING, action, float(left[0]), float(left[1]), message),)
 
 
 def _improvement(step: _Step, before: FloatArray, after: FloatArray) -> Improvement:
-    from_rotation, from_translation = _short(before[0] / MRAD), _short(before[1] / MM)
-    to_rotation, to_translation = _short(after[0] / MRAD), _short(after[1] / MM)
-    message = (
-        f"{step.action} would take the rotation from {from_rotation} to {to_rotation} mrad and the "
-        f"translation from {from_translation} to {to_translation} mm"
-    )
+    message = _promise(step.command or step.action, before, after)
     return Improvement(step.change, step.action, float(after[0]), float(after[1]), message)
+
+
+def _promise(who: str, before: FloatArray, after: FloatArray) -> str:
+    rotation, translation = (
+        f"from {_short(old)} to {_short(new)}"
+        for old, new in zip(before / [MRAD, MM], after / [MRAD, MM], strict=True)
+    )
+    return f"{who} would take the rotation {rotation} mrad and the translation {translation} mm"
 
 
 def _steps(case: _Case, factors: CriticalFactors, now: FloatArray) -> Iterator[_Step]:
@@ -223,7 +260,11 @@ def _circle(case: _Case, factors: CriticalFactors) -> Iterator[_Step]:
     B = what_if.circle(case.layout.B, case.centre, distance * MM, float(np.radians(tilt)), whole)
     if B is not None:
         action = f"{factors.stations} stations by 'handeye plan': {distance} mm, tilt {tilt} deg"
-        yield _Step("circle", action, case.at(B, whole))
+        command = f"handeye plan --stations {factors.stations} --distance {distance}mm"
+        flags = f"--tilt {tilt}deg --setup {case.rig.setup.value}"
+        aim = "" if case.target is None else f" --target {case.target}"
+        command = f"'{command} {flags}{aim}'"
+        yield _Step("circle", action, case.at(B, whole), command=command)
 
 
 def _more_tilted(case: _Case, factors: CriticalFactors) -> _Step:

@@ -191,7 +191,7 @@ def solve_batch(
     count = robot.shape[-3]
     A = robot if setup is Setup.EYE_IN_HAND else se3.inverse(robot)
     covariance = np.broadcast_to(np.eye(12), (count, 12, 12))
-    if method == solvers.DEFAULT:
+    if method == solvers.MAXIMUM_LIKELIHOOD:
         of_camera = _covariances(camera_covariance, count)
         covariance = _joint_covariance(robot, setup, of_camera, noise or Noise())
     solution = solver.solve(Problem(A, B, choose_pairs(pairs, count), covariance))
@@ -217,8 +217,8 @@ def _levels(noise: Noise, whose: str) -> tuple[float, float]:
     rotation, translation = (getattr(noise, f"{whose}_{of}") for of in ("rotation", "translation"))
     if not (rotation and translation):
         raise UsageError(
-            f"expected the {whose}'s noise levels for {solvers.DEFAULT}, found rotation {rotation} "
-            f"and translation {translation}",
+            f"expected the {whose}'s noise levels for {solvers.MAXIMUM_LIKELIHOOD}, found rotation "
+            f"{rotation} and translation {translation}",
             hint=f"give noise=Noise({whose}_rotation=..., {whose}_translation=...), or a closed "
             "form as method",
         )

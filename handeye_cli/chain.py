@@ -65,25 +65,37 @@ class Chain:
             return np.zeros((len(self.A), 6, 0))
         return np.asarray(self.by_robot @ self.shared_error[..., None])
 
-    def by_shared_causes(self, loop: LoopJacobians) -> FloatArray:
-        """Return (N, 6, k) how the loops' residuals move with all that the stations share.
+    @property
+    def by_causes(self) -> FloatArray:
+        """(N, 12, q) how the A_i and B_i move with all q errors that the stations share.
 
-        These are errors of unit variance: of the intrinsics, and of the robot poses.
+        These are independent and of unit variance: first those of the intrinsics, which move the
+        B_i, then that of the robot poses, which moves the A_i.
+        """
+        of_camera, of_robot = self.by_intrinsics, self.by_shared_error
+        return np.concatenate(
+            [
+                np.pad(of_camera, ((0, 0), (6, 0), (0, 0))),
+                np.pad(of_robot, ((0, 0), (0, 6), (0, 0))),
+            ],
+            axis=-1,
+        )
+
+    def by_shared_causes(self, loop: LoopJacobians) -> FloatArray:
+        """Return (N, 6, q) how the loops' residuals move with the shared errors (`by_causes`).
 
         Args:
             loop: Of these stations.
         """
-        by_causes = loop.by_camera @ self.by_intrinsics, loop.by_robot @ self.by_shared_error
-        return np.concatenate(by_causes, axis=-1)
+        return np.asarray(loop.by_poses @ self.by_causes)
 
-    def shared_covariance(self, influence: FloatArray) -> FloatArray:
-        """Return the (p, p) covariance that the robot poses' shared error gives to a result.
+    def caused(self, influence: FloatArray) -> FloatArray:
+        """Return (p, q) how a result moves with the shared errors (`by_causes`).
 
         Args:
             influence: (N, p, 12) how it moves with each station's poses.
         """
-        moved = (influence[..., :6] @ self.by_shared_error).sum(axis=0)
-        return np.asarray(moved @ moved.T)
+        return np.asarray(np.einsum("nij,njk->ik", influence, self.by_causes))
 
 
 def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
@@ -102,9 +114,10 @@ def chain_of(stations: Stations, fewest: int = MIN_STATIONS) -> Chain:
         if station.camera_T_target is not None
     ]
     if len(usable) < fewest:
+        what = "station" if fewest == 1 else "stations"
         raise UndeterminedError(
-            f"expected at least {MIN_STATIONS} stations with a target pose, found {len(usable)} "
-            f"of {len(stations.stations)}",
+            f"expected at least {fewest} {what} with a target pose, found {len(usable)} of "
+            f"{len(stations.stations)}",
             hint="record more stations; 'handeye extract' lists why images were not used",
         )
     robot = np.array([pose for _, pose, _ in usable])

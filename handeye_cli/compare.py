@@ -92,7 +92,7 @@ def _row(
 
 def _lengths(vectors: FloatArray) -> tuple[float, float]:
     """Return the RMS rotation and translation of (M, 6) perturbations."""
-    translation, rotation = np.sqrt(np.mean(vectors**2, axis=0).reshape(2, 3).sum(axis=1))
+    translation, rotation = np.sqrt(se3.by_kind(np.mean(vectors**2, axis=0)))
     return float(rotation), float(translation)
 
 
@@ -116,7 +116,7 @@ class _LeftOut:
             raise UndeterminedError(
                 f"expected at least {MIN_STATIONS + 1} usable stations, found {count}"
             )
-        if method == solvers.DEFAULT:
+        if method == solvers.MAXIMUM_LIKELIHOOD:
             # One by one, with the noise that each set of stations shows.
             found = leave_out(self.stations, self.chain, method=method, pairs=self.pairs)
             return found.errors.vectors

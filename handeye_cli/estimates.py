@@ -21,10 +21,13 @@ class Estimate:
         residuals: (N, 6) of the stations' loops.
         model: The noise of the stations' poses.
         influence: (N, 12, 12) how X and Z move with each station's poses.
-        with_intrinsics: (12, m) covariance of X and Z with the m errors of unit variance in the
-            intrinsics of `camera`; those of `Chain.by_intrinsics` for poses that rest on it.
-        shared: (12, 12) covariance of X and Z that the intrinsics, and an error that all robot
-            poses share, cause.
+        shared: (12, 12) covariance of X and Z that the q errors which all stations share cause,
+            those of the intrinsics and of the robot poses.
+        with_causes: (12, q) covariance, from the same causes, of X and Z with these errors, in the
+            units of `Chain.by_causes`.
+        causes: (q, q) covariance of these errors themselves, likewise.
+        causes_influence: (N, q, 12) how what is left of them moves with each station's poses: zero
+            but for intrinsics that were refined.
         camera: The intrinsics, refined where they were uncertain.
         findings: What the estimation has to say about the data.
     """
@@ -33,8 +36,10 @@ class Estimate:
     residuals: FloatArray
     model: NoiseModel
     influence: FloatArray
-    with_intrinsics: FloatArray
     shared: FloatArray
+    with_causes: FloatArray
+    causes: FloatArray
+    causes_influence: FloatArray
     camera: Camera | None = None
     findings: tuple[Finding, ...] = ()
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from handeye_cli import solvers
@@ -19,8 +17,6 @@ from handeye_cli.solvers import Problem, Solution
 
 PAIRS = {"star": star.star_pairs, "all": star.all_pairs}
 """Ways to choose interstation pairs."""
-_FROM_PIXELS = "maximum-likelihood"
-"""The method that goes back to the pixels where there are any."""
 _ROUNDS = 30
 _SETTLED = 1e-3
 """Change of the noise, in its own standard deviations, at which noise and answer agree."""
@@ -62,14 +58,12 @@ def best_estimate(chain: Chain, pairs: IntArray, stations: Stations, method: str
 
         chain = with_intrinsics(stations, chain)
     problem, solution, model = estimate(chain, pairs, stations, method)
-    if from_pixels and method == _FROM_PIXELS:
+    if from_pixels and method == solvers.MAXIMUM_LIKELIHOOD:
         from handeye_cli import joint
 
-        found = joint.refine(stations, chain, solution, model)
-    else:
-        influence = solvers.load(method).influence(problem, solution)
-        found = _by_poses(chain, stations, solution, model, influence)
-    return replace(found, shared=found.shared + chain.shared_covariance(found.influence))
+        return joint.refine(stations, chain, solution, model)
+    influence = solvers.load(method).influence(problem, solution)
+    return _by_poses(chain, stations, solution, model, influence)
 
 
 def _by_poses(
@@ -79,14 +73,16 @@ def _by_poses(
     model: NoiseModel,
     influence: FloatArray,
 ) -> Estimate:
-    with_intrinsics = np.einsum("nij,njk->ik", influence[..., 6:], chain.by_intrinsics)
+    caused = chain.caused(influence)
     return Estimate(
         solution=solution,
         residuals=loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals,
         model=model,
         influence=influence,
-        with_intrinsics=with_intrinsics,
-        shared=with_intrinsics @ with_intrinsics.T,
+        shared=caused @ caused.T,
+        with_causes=caused,
+        causes=np.eye(caused.shape[1]),
+        causes_influence=np.zeros((len(influence), caused.shape[1], 12)),
         camera=stations.camera,
     )
 

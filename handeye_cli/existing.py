@@ -47,7 +47,7 @@ class _Known:
     """What a calibration says of its own error.
 
     Attributes:
-        covariance: (12 + m, 12 + m) of X, Z and the intrinsics of the new stations.
+        covariance: (12 + q, 12 + q) of X, Z and the q errors that the new stations share.
         freedom: Degrees of freedom with which its noise was estimated.
         joint: Whether it says how X and Z belong together.
     """
@@ -113,7 +113,7 @@ def check_moved(stations: Stations, chain: Chain, calibration: Calibration) -> C
 
 
 def _known(calibration: Calibration, chain: Chain) -> _Known | None:
-    """Return what predicts errors at new stations, whose intrinsics count as independent."""
+    """Return what predicts errors at new stations, whose shared errors count as independent."""
     answer = calibration.mount_T_camera.covariance
     constant = calibration.reference_T_target.covariance
     if answer is None or constant is None:
@@ -121,7 +121,7 @@ def _known(calibration: Calibration, chain: Chain) -> _Known | None:
     between = calibration.covariance_between
     joint = between is not None
     across = np.zeros((6, 6)) if between is None else between
-    size = chain.by_intrinsics.shape[-1]
+    size = chain.by_causes.shape[-1]
     covariance = np.eye(12 + size)
     covariance[:12, :12] = np.block([[answer, across], [across.T, constant]])
     return _Known(covariance, _freedom(calibration), joint)
@@ -203,15 +203,14 @@ def _predict_moved(
 def _placed_by_others(
     chain: Chain, solution: Solution, known: _Known, own: FloatArray
 ) -> FloatArray:
-    """Return (M, 12 + m, 12 + m): `known`, the target's part by the other stations' mean."""
+    """Return (M, 12 + q, 12 + q): `known`, the target's part by the other stations' mean."""
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-    seen = by_poses @ own @ np.swapaxes(by_poses, -1, -2)
+    seen = loop.by_poses @ own @ np.swapaxes(loop.by_poses, -1, -2)
     count, size = len(own), len(known.covariance)
     moves = np.tile(np.eye(size), (count, 1, 1))
     moves[:, _TARGET] = 0.0
     moves[:, _TARGET, :6] = _mean_of_others(loop.by_unknowns[..., :6])
-    moves[:, _TARGET, 12:] = _mean_of_others(loop.by_camera @ chain.by_intrinsics)
+    moves[:, _TARGET, 12:] = _mean_of_others(chain.by_shared_causes(loop))
     joint = moves @ known.covariance @ np.swapaxes(moves, -1, -2)
     joint[:, _TARGET, _TARGET] += _mean_of_others(seen) / (count - 1)
     return np.asarray(joint)

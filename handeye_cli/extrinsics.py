@@ -175,8 +175,7 @@ def _ambiguity(margin: float) -> Finding:
 
 
 def _only(views: Views, rows: NDArray[np.bool_]) -> Views:
-    seen = replace(views.seen, pixels=views.seen.pixels[rows], mask=views.seen.mask[rows])
-    return Views(views.index[rows], views.base_T_gripper[rows], seen)
+    return Views(views.index[rows], views.base_T_gripper[rows], views.seen.part(rows))
 
 
 def _stations(

@@ -52,7 +52,18 @@ def check_limits(verification: Verification, limits: Limits) -> None:
     """
     broken = [text for row in verification.rows for text in _broken(row, limits)]
     if broken:
-        raise QualityGateError("; ".join(broken))
+        raise QualityGateError("; ".join(broken), hint=_next_step(verification, limits))
+
+
+def _next_step(verification: Verification, limits: Limits) -> str | None:
+    """Return what to look at where errors contradict their prediction."""
+    contradicted = any(row.consistent is False for row in verification.rows)
+    if not (limits.consistent and contradicted):
+        return None
+    return (
+        "look at the stations with the largest errors, at the findings of 'handeye solve', and at "
+        "noise levels that were given"
+    )
 
 
 def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
@@ -60,7 +71,19 @@ def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:
     for text in limits.broken(row.rotation, row.translation):
         yield f"{where}: {text}"
     if limits.consistent and row.consistent is False:
-        yield f"{where}: the errors contradict the prediction"
+        expected = _sizes(row.predicted_rotation, row.predicted_translation)
+        found = _sizes(row.rotation, row.translation)
+        yield (
+            f"{where}: the errors contradict the prediction: expected about {expected}, "
+            f"found {found}"
+        )
+
+
+def _sizes(rotation: float | None, translation: float | None) -> str:
+    """Return RMS errors in radians and metres for people."""
+    if rotation is None or translation is None:
+        return "none"
+    return f"{rotation / MRAD:.3f} mrad and {translation / MM:.3f} mm"
 
 
 def require_meaning(inspection: Inspection) -> None:

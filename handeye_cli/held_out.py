@@ -25,8 +25,8 @@ class HeldOutErrors:
 
     Attributes:
         vectors: (M, 6) perturbations that take `Z B^-1` to `A X`, in the reference frame.
-        by_common: (M, 6, 12 + m) their derivatives by X, Z and the m errors of the intrinsics
-            (`Chain.by_intrinsics`).
+        by_common: (M, 6, 12 + q) their derivatives by X, Z and the q errors that all stations share
+            (`Chain.by_causes`).
         by_poses: (M, 6, 12) their derivatives by A_k and B_k.
         camera_T_target: (M, 4, 4) where robot and calibration expect the target.
     """
@@ -81,11 +81,12 @@ def held_out_errors(chain: Chain, solution: Solution) -> HeldOutErrors:
     by_camera = by_inverse @ se3.inverse_jacobian(chain.B)
     by_robot = np.broadcast_to(by_robot, by_camera.shape)
     expected = chain.A @ X
-    by_intrinsics = -by_camera @ chain.by_intrinsics
+    by_poses = np.concatenate([by_robot, -by_camera], axis=-1)
+    by_causes = by_poses @ chain.by_causes
     return HeldOutErrors(
         vectors=se3.difference(expected, Z @ to_camera),
-        by_common=np.concatenate([by_answer, -by_target, by_intrinsics], axis=-1),
-        by_poses=np.concatenate([by_robot, -by_camera], axis=-1),
+        by_common=np.concatenate([by_answer, -by_target, by_causes], axis=-1),
+        by_poses=by_poses,
         camera_T_target=se3.inverse(expected) @ Z,
     )
 
@@ -97,7 +98,7 @@ def error_covariances(
 
     Args:
         errors: Their derivatives.
-        common: (12 + m, 12 + m), or one for each station: covariance of X, Z and the intrinsics.
+        common: (12 + q, 12 + q), or one for each station: covariance of X, Z and what is shared.
         stations: (M, 12, 12) covariances of the stations' own poses.
     """
     return own_covariances(errors, stations) + _carried(errors.by_common, common)
@@ -122,7 +123,7 @@ def predict_errors(
 
     Args:
         errors: The seen errors.
-        common: (12 + m, 12 + m) covariance of X, Z and the intrinsics.
+        common: (12 + q, 12 + q) covariance of X, Z and what all stations share.
         stations: (M, 12, 12) covariances of the stations' own poses.
         freedom: Degrees of freedom with which the noise was estimated; infinite when given.
     """
@@ -136,7 +137,8 @@ def predict_errors(
 def rms_of(covariances: FloatArray) -> tuple[float, float]:
     """Return the RMS of rotation and translation that (M, 6, 6) covariances predict."""
     variances = np.einsum("nii->ni", covariances).mean(axis=0)
-    return float(np.sqrt(variances[3:].sum())), float(np.sqrt(variances[:3].sum()))
+    translation, rotation = np.sqrt(se3.by_kind(variances)).tolist()
+    return rotation, translation
 
 
 def chance_of(

@@ -11,10 +11,9 @@ from handeye_cli.diagnosis.undetermined import free_directions, named
 from handeye_cli.errors import ConvergenceError, UndeterminedError
 from handeye_cli.examination import Examined, examine
 from handeye_cli.records import Finding, Inspection, StationResidual, Stations
+from handeye_cli.records.basics import GRAVITY
 from handeye_cli.solve import answer
 from handeye_cli.time_offset import Measured
-
-_GRAVITY = ("error", "warning", "info")
 
 
 def inspect(stations: Stations, detector_sigma: float | None = None) -> Inspection:
@@ -93,5 +92,5 @@ def _as_finding(error: UndeterminedError | ConvergenceError, code: str) -> Findi
 def _with(looked: Inspection, *findings: Finding) -> Inspection:
     """Return an inspection with more findings, the gravest of all first."""
     together = (*looked.diagnosis, *findings)
-    ordered = sorted(together, key=lambda each: _GRAVITY.index(each.severity))
+    ordered = sorted(together, key=lambda each: GRAVITY.index(each.severity))
     return replace(looked, diagnosis=tuple(ordered))

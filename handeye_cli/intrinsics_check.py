@@ -8,11 +8,10 @@ take away. A larger move says that noise is not what is wrong.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from handeye_cli.geometry.joint_bundle import LinearLoops
+from handeye_cli.geometry.tail_probabilities import f_tail
 from handeye_cli.records import Camera, Finding, FloatArray
 
 _SIGNIFICANCE = 1e-3
@@ -60,10 +59,6 @@ def _weights(information: FloatArray, covariance: FloatArray) -> FloatArray:
 
 def _chance(squares: float, weights: FloatArray, freedom: float) -> float:
     """Return the probability of squares as large as these; mean and variance are matched."""
-    from scipy.special import chdtrc, fdtrc
-
-    mean, variance = np.sum(weights), 2.0 * np.sum(weights**2)
-    count = 2.0 * mean**2 / variance
-    if math.isinf(freedom):
-        return float(chdtrc(count, count * squares / mean))
-    return float(fdtrc(count, freedom, squares / mean))
+    mean = float(np.sum(weights))
+    count = mean**2 / float(np.sum(weights**2))
+    return f_tail(squares / mean, count, freedom)

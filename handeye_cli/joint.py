@@ -138,29 +138,37 @@ def _estimate(
     """Return the estimate; `used` is the noise it was found with, `model` what it leaves."""
     state, linear = result.state, result.linear
     moves = joint_bundle.influence(linear, used.covariance[:, :6, :6])
-    spread = moves.covariance[12:, 12:]
+    by_robot_error = np.einsum("nij,njk->ik", moves.by_poses[..., :6], chain.by_shared_error)
+    of_robot_error = by_robot_error @ by_robot_error.T
+    common = moves.shared + of_robot_error
+    spread = moves.covariance[12:, 12:] + of_robot_error[12:, 12:]
     camera = _refined(data, state.shared, spread)
-    influence, shared = moves.by_poses[:, :12], moves.shared[:12, :12]
-    freedom = scale_freedom(influence, model, shared)
+    influence, of_intrinsics = moves.by_poses[:, :12], moves.by_poses[:, 12:]
+    freedom = scale_freedom(influence, model, moves.shared[:12, :12])
     doubt = check_intrinsics(linear, spread, freedom, data.camera, camera)
     return Estimate(
         solution=Solution(state.X, state.Z),
         residuals=loop_jacobians(chain.A, linear.poses, state.X, state.Z).residuals,
         model=replace(model, noise=_with_pixel_noise(model.noise, data, chain)),
         influence=influence,
-        with_intrinsics=_with_unit_errors(data, camera, moves.covariance[:12, 12:]),
-        shared=shared,
+        shared=common[:12, :12],
+        with_causes=np.concatenate([common[:12, 12:], by_robot_error[:12]], axis=1),
+        causes=_causes(common[12:, 12:], by_robot_error[12:]),
+        causes_influence=np.pad(of_intrinsics, ((0, 0), (0, by_robot_error.shape[1]), (0, 0))),
         camera=camera,
         findings=(doubt,) if doubt else (),
     )
 
 
-def _with_unit_errors(data: PixelData, camera: Camera, covariance: FloatArray) -> FloatArray:
-    """Return a covariance with the shared unknowns as one with the refined camera's unit errors."""
-    if camera.covariance is None:
-        return covariance
-    directions = joint_bundle.uncertain_directions(camera.covariance)
-    return np.asarray(covariance @ data.directions.T @ np.linalg.pinv(directions).T)
+def _causes(intrinsics: FloatArray, by_robot_error: FloatArray) -> FloatArray:
+    """Return the (q, q) covariance of the shared errors, of the intrinsics and the robot poses.
+
+    Args:
+        intrinsics: (m, m) covariance of the former.
+        by_robot_error: (m, q - m) how they move with the latter, which is of unit variance.
+    """
+    robot = np.eye(by_robot_error.shape[1])
+    return np.block([[intrinsics, by_robot_error], [by_robot_error.T, robot]])
 
 
 def _with_pixel_noise(noise: Noise, data: PixelData, chain: Chain) -> Noise:

@@ -189,12 +189,11 @@ def _of_many(chance: float, count: int) -> float:
 def _squares_of_all(stations: Stations, chain: Chain) -> float | None:
     """Return the weighted squares of all errors together, or None where the noise is estimated."""
     everywhere = choose_pairs("star", len(chain.A))
-    _, best, model = estimate(chain, everywhere, stations, "maximum-likelihood")
+    _, best, model = estimate(chain, everywhere, stations, solvers.MAXIMUM_LIKELIHOOD)
     if len(model.shapes):
         return None
     loop = loop_jacobians(chain.A, chain.B, best.X, best.Z)
-    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-    own = by_poses @ model.covariance @ np.swapaxes(by_poses, -1, -2)
+    own = loop.by_poses @ model.covariance @ np.swapaxes(loop.by_poses, -1, -2)
     return weighted_squares(loop.residuals, own, chain.by_shared_causes(loop), loop.by_unknowns)
 
 

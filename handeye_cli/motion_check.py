@@ -179,7 +179,7 @@ def check_agreement(chain: Chain, solution: Solution) -> None:
 
 def _check_single(chain: Chain, solution: Solution) -> None:
     """Refuse half turns that leave two answers; what looks for the other is loaded for them."""
-    if not half_turns(chain.A[:, :3, :3]).any():
+    if not half_turns(chain.A[0, :3, :3], chain.A[1:, :3, :3]).any():
         return
     from handeye_cli.diagnosis.second_answer import second_answer
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handeye_cli.chain import Chain
-from handeye_cli.geometry import variance
+from handeye_cli.geometry import se3, variance
 from handeye_cli.geometry.loop import isotropic_covariance, loop_jacobians
 from handeye_cli.records import FloatArray, Noise
 from handeye_cli.solvers.problem import Solution
@@ -34,7 +34,6 @@ class NoiseModel:
         variances: (K,) the estimated ones; K is 0 where all is given.
         shapes: (K, N, 12, 12) derivative of the covariance by each of them.
         information: (K, K) on the estimated variances.
-        converged: Whether the estimation settled.
     """
 
     noise: Noise
@@ -42,7 +41,6 @@ class NoiseModel:
     variances: FloatArray
     shapes: FloatArray
     information: FloatArray
-    converged: bool = True
 
 
 class Loops(NamedTuple):
@@ -81,7 +79,7 @@ def noise_model(
     loops = Loops(
         residuals=loop.residuals,
         design=design,
-        by_poses=np.concatenate([loop.by_robot, loop.by_camera], axis=-1),
+        by_poses=loop.by_poses,
         other_residuals=np.zeros(shared),
         other_design=np.eye(shared, 12 + shared, 12),
     )
@@ -98,8 +96,7 @@ def noise_of_loops(
     given = given or Noise()
     levels = {name: getattr(given, name) for name in (*_ROBOT, *_CAMERA)}
     known = np.zeros((len(chain.A), 12, 12))
-    if all(levels[name] is None for name in _CAMERA):
-        known[:, 6:, 6:] = chain.camera_covariance
+    known[:, 6:, 6:] = _not_given(chain.camera_covariance, given)
     if chain.robot_covariance is not None:
         turned = np.swapaxes(chain.by_robot, -1, -2)
         known[:, :6, :6] = chain.by_robot @ chain.robot_covariance @ turned
@@ -117,9 +114,16 @@ def noise_of_loops(
     return _estimated(chain, given, loops, known, {name: getattr(begin, name) for name in free})
 
 
+def _not_given(camera: FloatArray, given: Noise) -> FloatArray:
+    """Return the (N, 6, 6) covariances of the camera's poses without the parts of given levels."""
+    translation, rotation = given.camera_translation is None, given.camera_rotation is None
+    kept = np.repeat([translation, rotation], 3)
+    return np.asarray(camera * kept[:, None] * kept)
+
+
 def _size_of(residuals: FloatArray) -> Noise:
-    translation, rotation = np.sqrt(np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1))
-    return Noise(*2 * (float(rotation), float(translation)))
+    translation, rotation = np.sqrt(se3.by_kind(np.mean(residuals**2, axis=0))).tolist()
+    return Noise(*2 * (rotation, translation))
 
 
 def _shape(chain: Chain, name: str) -> FloatArray:
@@ -151,9 +155,7 @@ def _estimated(
     covariance = known + np.tensordot(found.variances, shapes, axes=1)
     levels = dict(zip(free, np.sqrt(found.variances).tolist(), strict=True))
     noise = _summary(replace(given, **levels), chain, covariance)
-    return NoiseModel(
-        noise, covariance, found.variances, shapes, found.information, found.converged
-    )
+    return NoiseModel(noise, covariance, found.variances, shapes, found.information)
 
 
 class _Blocks(NamedTuple):
@@ -179,11 +181,11 @@ def _in_blocks(loops: Loops) -> _Blocks:
 
 def _summary(levels: Noise, chain: Chain, covariance: FloatArray) -> Noise:
     """Return the levels with the camera's RMS filled in from the stations' covariances."""
-    if levels.camera_rotation is not None or not chain.has_covariance:
+    if not chain.has_covariance:
         return levels
-    traces = np.einsum("nii->ni", covariance[:, 6:, 6:]).mean(axis=0)
+    variances = np.einsum("nii->ni", covariance[:, 6:, 6:]).mean(axis=0)
+    rms = np.sqrt(se3.by_kind(variances)).tolist()
+    found = dict(zip(("camera_translation", "camera_rotation"), rms, strict=True))
     return replace(
-        levels,
-        camera_rotation=float(np.sqrt(traces[3:].sum())),
-        camera_translation=float(np.sqrt(traces[:3].sum())),
+        levels, **{name: level for name, level in found.items() if getattr(levels, name) is None}
     )

@@ -8,7 +8,6 @@ import numpy as np
 
 from handeye_cli.chain import Chain, chain_of
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.estimates import Estimate
 from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.motion_check import check_motions
@@ -17,7 +16,7 @@ from handeye_cli.predict import noise_freedom, solution_covariance
 from handeye_cli.records import Camera, FloatArray, Noise, Stations
 from handeye_cli.seen_through import chain_through
 from handeye_cli.solvers.problem import Solution
-from handeye_cli.solvers.station_mean import mean_influence, mean_target
+from handeye_cli.solvers.station_mean import mean_target
 
 
 @dataclass(frozen=True)
@@ -27,9 +26,10 @@ class PartCalibration:
     Attributes:
         part: The stations.
         solution: X, and Z as the mean over the stations.
-        influence: (n, 12, 12) how both move with each station's poses.
-        shared: (12 + m, 12 + m) covariance that the m errors of the intrinsics cause, of X, Z and
-            these errors themselves (`Chain.by_intrinsics`).
+        influence: (n, 12 + q, 12) how X, Z and the q errors which all stations share, as far as
+            they were refined, move with each station's poses.
+        shared: (12 + q, 12 + q) covariance that these errors cause, of X, Z and themselves
+            (`Chain.by_causes`).
         model: The noise of these stations.
         camera: The intrinsics that belong to the answer, refined where they were uncertain.
     """
@@ -43,10 +43,8 @@ class PartCalibration:
 
     @property
     def covariance(self) -> FloatArray:
-        """(12 + m, 12 + m) covariance of X, Z and the errors of the intrinsics."""
-        total = self.shared.copy()
-        total[:12, :12] += solution_covariance(self.influence, self.model.covariance)
-        return total
+        """(12 + q, 12 + q) covariance of X, Z and the errors that all stations share."""
+        return self.shared + solution_covariance(self.influence, self.model.covariance)
 
     def freedom(self, part: slice = slice(0, 6)) -> float:
         """Return the degrees of freedom of the estimated noise; infinite where it was given.
@@ -95,51 +93,38 @@ def calibrate_part(
     except UndeterminedError as error:
         raise UndeterminedError(error.message, where=where, hint=error.hint) from error
     found = best_estimate(part, chosen, stations, method)
-    X, answer = found.solution.X, found.influence[:, :6]
-    both = np.concatenate([answer, mean_influence(part.A, part.B, X, answer)], axis=1)
     part = chain_through(stations, part, found.camera)
-    averaged = Solution(X, mean_target(part.A, part.B, X))
-    by_times = part.shared_covariance(found.influence)[:6, :6]
-    intrinsics = _intrinsics(stations.camera, found.camera)
-    shared = _shared(part, averaged, found, by_times, intrinsics)
-    shared[:12, :12] += part.shared_covariance(both)
-    return PartCalibration(part, averaged, both, shared, found.model, found.camera)
-
-
-def _intrinsics(before: Camera | None, after: Camera | None) -> FloatArray:
-    """Return the (m, m) covariance of the intrinsics' errors, of unit variance before."""
-    if before is None or before.covariance is None or after is None or after.covariance is None:
-        return np.zeros((0, 0))
-    from handeye_cli.geometry.joint_bundle import uncertain_directions
-
-    back = np.linalg.pinv(uncertain_directions(before.covariance))
-    return np.asarray(back @ after.covariance @ back.T)
-
-
-def _shared(
-    part: Chain, averaged: Solution, found: Estimate, by_times: FloatArray, intrinsics: FloatArray
-) -> FloatArray:
-    """Return the covariance by intrinsics of X, of the mean Z, which follows both, and of them.
-
-    `by_times` is the part of X's that an error of all robot poses causes, and no intrinsics.
-    """
+    averaged = Solution(found.solution.X, mean_target(part.A, part.B, found.solution.X))
     loop = loop_jacobians(part.A, part.B, averaged.X, averaged.Z)
-    by_answer = loop.by_unknowns[..., :6].mean(axis=0)
-    by_intrinsics = (loop.by_camera @ part.by_intrinsics).mean(axis=0)
-    size = by_intrinsics.shape[1]
-    across = found.with_intrinsics[:6]
-    causes = np.block(
-        [[found.shared[:6, :6] - by_times, across], [across.T, intrinsics[:size, :size]]]
-    )
+    moves = _with_target(loop.by_unknowns[..., :6], part.by_shared_causes(loop))
+    influence = moves @ np.concatenate([found.influence[:, :6], found.causes_influence], axis=1)
+    influence[:, 6:12] += loop.by_poses / len(part.A)
+    across = found.with_causes[:6]
+    joint = np.block([[found.shared[:6, :6], across], [across.T, found.causes]])
+    shared = moves @ joint @ moves.T
+    return PartCalibration(part, averaged, influence, shared, found.model, found.camera)
+
+
+def _with_target(by_answer: FloatArray, by_causes: FloatArray) -> FloatArray:
+    """Return (12 + q, 6 + q): what X and the shared errors make of X, the mean Z and themselves.
+
+    Args:
+        by_answer: (n, 6, 6) how what each station sees of Z moves with X.
+        by_causes: (n, 6, q) how it moves with the errors.
+    """
+    size = by_causes.shape[-1]
     moves = np.eye(12 + size, 6 + size, k=-6)
-    moves[:6, :6], moves[6:12] = np.eye(6), np.concatenate([by_answer, by_intrinsics], axis=1)
-    return np.asarray(moves @ causes @ moves.T)
+    moves[:6, :6] = np.eye(6)
+    moves[6:12] = np.concatenate([by_answer, by_causes], axis=-1).mean(axis=0)
+    return moves
 
 
 def noise_of_others(
     others: Chain, given: Noise | None, known: Noise, solution: Solution
 ) -> FloatArray:
     """Return the (M, 12, 12) covariances of stations that took no part in a calibration.
+
+    What these stations share with each other, or with the calibration, is not among them.
 
     Args:
         others: Their chain.
@@ -160,11 +145,7 @@ def noise_of_others(
             camera_rotation=_first(given.camera_rotation, known.camera_rotation),
             camera_translation=_first(given.camera_translation, known.camera_translation),
         )
-    covariance = noise_model(others, levels, solution).covariance
-    # with that of the answer it would partly cancel: counted by itself, it is never too small
-    shared = others.by_shared_error
-    covariance[:, :6, :6] += shared @ np.swapaxes(shared, -1, -2)
-    return covariance
+    return noise_model(others, levels, solution).covariance
 
 
 def _first(level: float | None, otherwise: float | None) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 
 from handeye_cli.conventions import Setup
 from handeye_cli.errors import InputError, UsageError
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import Features, Recording, Stations
 
 if TYPE_CHECKING:
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from handeye_cli.time_offset import Measured
 
 Handed = TypeVar("Handed", Features, Stations)
+
+_MAKERS = {"calibration": "handeye solve", "plan": "handeye plan"}
+"""What makes a document that nothing else can stand in for."""
 
 # The stages are imported where they are run: what needs no images does not wait for OpenCV.
 
@@ -61,9 +65,12 @@ def expect(record: Any, *kinds: type) -> None:
         return
     *most, last = (each.__name__.lower() for each in kinds)
     expected = f"{', '.join(most)} or {last}" if most else last
+    made = None if most else _MAKERS.get(last)
     raise InputError(
         f"expected a {expected} document, found a {type(record).__name__.lower()} document",
-        hint="give the recording itself or the document of an earlier stage",
+        hint=f"{made} makes one"
+        if made
+        else "give the recording itself or the document of an earlier stage",
     )
 
 
@@ -120,7 +127,13 @@ def _require_points_of_target(features: Features) -> None:
     require_points_of_target(features.stations, len(targets.build(features.target).points()))
 
 
-def _ready_stations(record: Any, steps: Steps) -> Stations:
+def ready_stations(record: Any, steps: Steps) -> Stations:
+    """Return the stations as the stages behind them have them, alone or in a pipe.
+
+    Raises:
+        InputError: The record is of a later stage, or has points that its target has not.
+        UsageError: Intrinsics are asked for, but the target's poses are already there.
+    """
     stations = to_stations(record, steps)
     return stations if stations is record else _handed_on(stations)
 
@@ -159,14 +172,14 @@ def to_calibration(
     if partial:
         from handeye_cli.solve_determined import solve_determined
 
-        return solve_determined(_ready_stations(record, steps), method=method, pairs=pairs)
+        return solve_determined(ready_stations(record, steps), method=method, pairs=pairs)
     if compare:
         from handeye_cli import compare as comparison
 
-        return comparison.compare(_ready_stations(record, steps), method=method, pairs=pairs)
+        return comparison.compare(ready_stations(record, steps), method=method, pairs=pairs)
     from handeye_cli.solve import solve
 
-    return solve(_ready_stations(record, steps), method=method, pairs=pairs)
+    return solve(ready_stations(record, steps), method=method, pairs=pairs)
 
 
 def to_inspection(record: Any, steps: Steps) -> Inspection:
@@ -183,7 +196,7 @@ def to_inspection(record: Any, steps: Steps) -> Inspection:
         features, measured = features_and_time(record, steps)
         record = _handed_on(features)
     sigma = _detector_sigma(record) if isinstance(record, Features) else None
-    looked = inspect(_ready_stations(record, steps), sigma)
+    looked = inspect(ready_stations(record, steps), sigma)
     return looked if measured is None else with_time_offset(looked, measured)
 
 
@@ -238,7 +251,7 @@ def to_verification(
     from handeye_cli import leave_one_out as leaving_one_out
     from handeye_cli.verify import verify, verify_calibration
 
-    stations = _ready_stations(record, steps)
+    stations = ready_stations(record, steps)
     if calibration is not None:
         return verify_calibration(stations, calibration, target_moved=target_moved)
     if leave_one_out:
@@ -300,7 +313,7 @@ def to_plan(
         distance=distance,
         tilt=tilt,
         setup=setup or known,
-        centre=None if options.points is None else _centre(options.points),
+        centre=None if options.points is None else middle_of(options.points),
         mount_T_camera=mount_T_camera,
         reference_T_target=reference_T_target,
         verification=verification,
@@ -327,7 +340,7 @@ def to_further_stations(
     from handeye_cli.plan import plan_more
     from handeye_cli.planning.options import PlanOptions
 
-    stations = _ready_stations(record, steps)
+    stations = ready_stations(record, steps)
     return plan_more(stations, count, options=options or PlanOptions())
 
 
@@ -335,10 +348,6 @@ def _points(target: TargetSpec) -> FloatArray:
     from handeye_cli import targets
 
     return targets.build(target).points()
-
-
-def _centre(points: FloatArray) -> FloatArray:
-    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
 
 
 def _refuse_intrinsics(steps: Steps) -> None:

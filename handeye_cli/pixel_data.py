@@ -44,8 +44,7 @@ class PixelData:
 
     def seen(self, rows: IntArray) -> pnp.Sightings:
         """Return the views of some rows."""
-        seen = self.views.seen
-        return replace(seen, pixels=seen.pixels[rows], mask=seen.mask[rows])
+        return self.views.seen.part(rows)
 
     def rows(self, chain: Chain) -> IntArray:
         """Return the rows of a chain's stations."""
@@ -71,33 +70,6 @@ def with_intrinsics(stations: Stations, chain: Chain) -> Chain:
         return chain
     data = pixel_data(stations)
     return replace(chain, by_intrinsics=data.information(data.rows(chain)).by_shared)
-
-
-def seen_with(stations: Stations, chain: Chain, camera: Camera) -> Chain:
-    """Return a chain with the target's poses as a camera other than the document's has them.
-
-    Args:
-        stations: The document; `has_pixels` is true of its stations in the chain.
-        chain: Some of its stations.
-        camera: Such as the intrinsics that were refined in a calibration.
-
-    Raises:
-        InputError: Pixels have no place on the target, or are not those of the station's pose.
-    """
-    data = pixel_data(stations)
-    rows = data.rows(chain)
-    seen = data.seen(rows)
-    poses, _ = pnp.refine(data.poses[rows], seen, camera.lens)
-    view = joint_bundle.view_information(
-        poses, seen, data.sigma[rows], camera.lens, _directions(camera)
-    )
-    return replace(
-        chain,
-        B=poses,
-        camera_covariance=view.covariance,
-        has_covariance=True,
-        by_intrinsics=view.by_shared,
-    )
 
 
 def pixel_data(stations: Stations) -> PixelData:

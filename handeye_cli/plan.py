@@ -164,7 +164,7 @@ def plan_more(
         basis=found.basis,
         gains=found.gains,
         order=order,
-        diagnosis=stations.findings,
+        diagnosis=found.findings,
     )
 
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from handeye_cli.chain import Chain
-from handeye_cli.geometry import error_formulas, statistics
+from handeye_cli.geometry import error_formulas, error_radius
 from handeye_cli.geometry.loop import loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_pseudo_inverse
 from handeye_cli.noise_levels import NoiseModel
 from handeye_cli.records import FloatArray, IntArray, PaperPrediction, PredictedError
 from handeye_cli.solvers.motions import interstation_motions
@@ -56,7 +57,7 @@ def predicted_error(
         block = covariance[part, part]
         freedom = _part_freedom(covariance, slopes, part, model)
         rms.append(float(np.sqrt(np.trace(block))))
-        wide.append(statistics.radius(block, _PROBABILITY, freedom))
+        wide.append(error_radius.radius(block, _PROBABILITY, freedom))
     return PredictedError(rms[0], rms[1], wide[0], wide[1], paper)
 
 
@@ -99,14 +100,11 @@ def noise_freedom(
     if not len(model.shapes):
         return math.inf
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    J = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)[:, part]
+    J = loop.by_poses[:, part]
     inverse = np.linalg.inv(J @ model.covariance @ np.swapaxes(J, -1, -2))
     shares = inverse @ (J @ model.shapes @ np.swapaxes(J, -1, -2))
     products = np.einsum("knij,lnji->kl", shares, shares) / len(chain.A)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(model.information), 1e-300))
-    scaled = model.information * scale[:, None] * scale
-    spread = np.linalg.pinv(scaled, hermitian=True) * scale[:, None] * scale
-    excess = float(np.sum(spread * products)) / J.shape[1]
+    excess = float(np.sum(scaled_pseudo_inverse(model.information) * products)) / J.shape[1]
     return max(2.0 / excess, 1.0) if excess > 0.0 else math.inf
 
 
@@ -129,10 +127,7 @@ def _freedom(total: float, gradient: FloatArray, information: FloatArray) -> flo
     """
     if gradient.size == 0 or total <= 0.0:
         return math.inf
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    scaled = information * scale[:, None] * scale
-    spread = scale * (np.linalg.pinv(scaled, hermitian=True) @ (scale * gradient))
-    variance = float(gradient @ spread)
+    variance = float(gradient @ scaled_pseudo_inverse(information) @ gradient)
     return max(2.0 * total**2 / variance, 1.0) if variance > 0.0 else math.inf
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from handeye_cli.chain import Chain
 from handeye_cli.geometry import se3, statistics
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import Camera, FloatArray, Stations
 
 _MARGIN = 0.02
@@ -36,7 +37,7 @@ class Sight:
     @property
     def centre(self) -> FloatArray:
         """(3,) the middle of the target in its own frame, metres."""
-        return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2.0)
+        return middle_of(self.points)
 
     def of_whole_target(self) -> Sight:
         """Return the sight of stations that all see every point, with their median noise."""

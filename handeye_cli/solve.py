@@ -8,13 +8,14 @@ import numpy as np
 
 from handeye_cli import solvers
 from handeye_cli.advice import advise
-from handeye_cli.chain import Chain, chain_of
+from handeye_cli.chain import MIN_STATIONS, Chain, chain_of
 from handeye_cli.diagnosis.bad_stations import effect_of
 from handeye_cli.diagnosis.systematic import Systematic, systematic_errors
 from handeye_cli.errors import ConvergenceError, UndeterminedError
 from handeye_cli.estimates import Estimate
 from handeye_cli.estimation import best_estimate, choose_pairs, estimate
 from handeye_cli.examination import Examined, examine, require_sound
+from handeye_cli.geometry import se3
 from handeye_cli.motion_check import check_certainty, check_count, check_freedom, check_motions
 from handeye_cli.predict import noise_freedom, paper_prediction, predicted_error
 from handeye_cli.records import (
@@ -74,7 +75,7 @@ def answer(
     `examined` is what is known of the stations already; they are examined where it is not given.
     """
     setup = stations.setup
-    everybody = chain_of(stations, fewest=1) if examined is None else examined.everybody
+    everybody = _usable(stations) if examined is None else examined.everybody
     check_count(everybody, setup, len(stations.stations))
     examined = examine(stations, everybody) if examined is None else examined
     require_sound(examined)
@@ -91,8 +92,14 @@ def answer(
     calibration = _with_effect(calibration, stations, examined, pairs)
     judged = _judged(Answer(calibration, examined, found), stations)
     widened = _squares(judged.calibration.predicted_error) - _squares(error)
-    lasting = widened + np.diag(bent)[:6].reshape(2, 3).sum(axis=1)[::-1]
+    lasting = widened + _lasting(chain, found, bent)
     return replace(judged, calibration=_advised(judged, stations, chosen, lasting))
+
+
+def _usable(stations: Stations) -> Chain:
+    """Return the chain of all usable stations; the last of too few are refused with their chain."""
+    seen = any(station.camera_T_target is not None for station in stations.stations)
+    return chain_of(stations, fewest=1 if seen else MIN_STATIONS)
 
 
 def _bent(examined: Examined, found: Estimate) -> FloatArray:
@@ -101,6 +108,15 @@ def _bent(examined: Examined, found: Estimate) -> FloatArray:
         return np.zeros((12, 12))
     # what is bent moves the target's poses alike, whatever the answer rests on
     return examined.shape.answer_covariance(examined.chain, found.influence)
+
+
+def _lasting(chain: Chain, found: Estimate, bent: FloatArray) -> FloatArray:
+    """Return the (2,) squares of rotation and translation of X that no advice takes away.
+
+    They are those of the plate's shape and of an error that all robot poses share.
+    """
+    moved = np.einsum("nij,njk->ik", found.influence[..., :6], chain.by_shared_error)
+    return se3.by_kind(np.diag(bent + moved @ moved.T)[:6])[::-1]
 
 
 def _squares(error: PredictedError) -> FloatArray:

@@ -11,8 +11,6 @@ from handeye_cli.records import Calibration, Finding, FreeDirection, PartialAnsw
 from handeye_cli.residual_table import residual_table
 from handeye_cli.solve import answer
 
-METHOD = "maximum-likelihood"
-
 
 def solve_determined(
     stations: Stations, *, method: str = solvers.DEFAULT, pairs: str = "star"
@@ -42,7 +40,7 @@ def solve_determined(
 def _calibration(stations: Stations, examined: Examined, part: PartialAnswer) -> Calibration:
     return Calibration(
         setup=part.setup,
-        method=METHOD,
+        method=solvers.MAXIMUM_LIKELIHOOD,
         mount_T_camera=part.mount_T_camera,
         reference_T_target=part.reference_T_target,
         predicted_error=part.predicted_error,

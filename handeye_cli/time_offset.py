@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,8 @@ from handeye_cli.conventions import Setup
 from handeye_cli.errors import ConvergenceError, InputError, UndeterminedError
 from handeye_cli.extract import extract
 from handeye_cli.extrinsics import extrinsics
-from handeye_cli.geometry import time_offset
-from handeye_cli.geometry.time_offset import MovingViews, OffsetFit
+from handeye_cli.geometry import statistics, time_offset
+from handeye_cli.geometry.time_offset import FEWEST_VIEWS, MovingViews, OffsetFit
 from handeye_cli.ordering import order_consistently
 from handeye_cli.records import Features, Finding, FloatArray, Recording, Station
 from handeye_cli.records.moving import MovingFrames, TimeOffset
@@ -35,6 +36,8 @@ _LEAST_SURE = 0.02
 """An offset less certain than this, in seconds, is not told."""
 _OTHER_MOTION = 0.05
 """Robot and camera that differ by more than this, in radians, do not tell of one motion."""
+_OTHER_AXES = 3.0
+"""Multiple of the difference of their angles by which loops stay open that have other axes."""
 _SIGNIFICANT = 3.0
 _MATTERS = 1e-3
 """Seconds below which no offset is worth a flag, however well it is known."""
@@ -42,6 +45,14 @@ _HARMLESS = 0.1
 """Seconds at the ends of a standstill that are not taken for a part of the pause."""
 _MS = 1e-3
 _OUTSIDE = "the robot's pose at the corrected time is not known"
+_MOVE_MORE = (
+    "turn the robot about several axes while it goes on, with the target in view, or let it stand "
+    "still at every station"
+)
+_CHECK_SCENE = (
+    "check --setup and the direction of the robot's poses, and whether target and camera stay "
+    "where they are fixed"
+)
 
 
 @dataclass(frozen=True)
@@ -55,6 +66,18 @@ class Measured:
 
     finding: Finding
     offset: TimeOffset | None = None
+
+
+class Doubt(NamedTuple):
+    """Why the time is not told.
+
+    Attributes:
+        reason: In words.
+        advice: What would help.
+    """
+
+    reason: str
+    advice: str = _MOVE_MORE
 
 
 def extract_in_motion(
@@ -81,14 +104,12 @@ def extract_in_motion(
     taken = replace(recording, stations=moving.frames)
     features = extract(taken, workers=workers, progress=progress)
     try:
-        fit = _fitted(features, moving)
+        fit = fitted(lambda offset: _views(features, moving, offset))
     except (UndeterminedError, ConvergenceError, InputError) as error:
-        fit, doubt = None, error.message
-    else:
-        doubt = _doubt(fit)
+        fit = Doubt(error.message)
     stations = features.stations
-    if fit is None or doubt:
-        measured = Measured(_untold(doubt, applied=moving.are_stations))
+    if isinstance(fit, Doubt):
+        measured = Measured(_untold(fit, applied=moving.are_stations))
     else:
         measured = _measured(fit, moving)
         stations = _corrected(features, moving, fit)
@@ -99,16 +120,49 @@ def extract_in_motion(
     ), measured
 
 
-def _fitted(features: Features, moving: MovingFrames) -> OffsetFit | None:
-    """Return the estimate, or None where too few frames show the target."""
-    views = _views(features, moving, 0.0)
+def fitted(views_at: Callable[[float], MovingViews]) -> OffsetFit | Doubt:
+    """Return the offset that views tell, or why they tell none.
+
+    Args:
+        views_at: Gives the views for an offset in seconds at which the robot's poses say which way
+            the target is turned.
+    """
+    views = views_at(0.0)
     if len(views.times) < _FEWEST:
-        return None
+        return Doubt(f"fewer than {_FEWEST} frames in motion show the target")
     offset = time_offset.rough_offset(views, _REACH)
     if abs(offset) > _NEAR:
         # which way a plate is turned was decided by the robot's poses of another time
-        views = _views(features, moving, offset)
-    return time_offset.estimate(views, offset)
+        views = views_at(offset)
+    apart = time_offset.angles_apart(views, offset)
+    known = apart[np.isfinite(apart)]
+    if len(known) < FEWEST_VIEWS:
+        return _outside(len(apart), len(known))
+    angles = statistics.median(known)
+    if angles > _OTHER_MOTION:
+        return _other_motion(angles)
+    fit = time_offset.estimate(views, offset)
+    if fit is None:
+        return Doubt(f"fewer than {FEWEST_VIEWS} frames agree on one motion", _CHECK_SCENE)
+    return _doubt(fit, angles) or fit
+
+
+def _outside(frames: int, known: int) -> Doubt:
+    return Doubt(
+        f"the robot's poses are known at the times of {known} of {frames} frames that show the "
+        "target",
+        "record the robot's poses as long as the images, and both with the time of one clock",
+    )
+
+
+def _other_motion(apart: float) -> Doubt:
+    """Return what is to be said of robot and camera whose turns differ by some angle, radians."""
+    return Doubt(
+        f"at none within {_REACH:g} s do robot and camera make the same motions: between frames "
+        f"they turn by angles that are {math.degrees(apart):.1f} deg apart",
+        "check that images and robot poses are of one run and one clock; where they are farther "
+        "apart, say roughly by how much with --time-offset",
+    )
 
 
 def _views(features: Features, moving: MovingFrames, offset: float) -> MovingViews:
@@ -155,21 +209,25 @@ def _corrected(features: Features, moving: MovingFrames, fit: OffsetFit) -> tupl
     )
 
 
-def _doubt(fit: OffsetFit | None) -> str:
-    """Return why an estimate says nothing, or no text where it does."""
-    if fit is None:
-        return f"fewer than {_FEWEST} frames in motion show the target"
+def _doubt(fit: OffsetFit, angles: float) -> Doubt | None:
+    """Return why an estimate says nothing, or None where it does.
+
+    Args:
+        fit: The estimate.
+        angles: Difference of the angles that robot and camera turn by, radians.
+    """
     apart = math.sqrt(fit.variances[0])
-    if apart > _OTHER_MOTION:
-        return (
-            "at none do robot and camera make the same motions: they are "
-            f"{math.degrees(apart):.1f} deg apart"
+    if apart > max(_OTHER_MOTION, _OTHER_AXES * angles):
+        return Doubt(
+            "robot and camera turn by the same angles, but about axes that do not fit together: "
+            f"the poses are {math.degrees(apart):.1f} deg apart",
+            _CHECK_SCENE,
         )
-    if not fit.converged:
-        return "its estimation did not converge"
     if fit.sigma > _LEAST_SURE:
-        return f"the motion leaves it open by {fit.sigma / _MS:.0f} ms"
-    return ""
+        return Doubt(f"the motion leaves it open by {fit.sigma / _MS:.0f} ms")
+    if not fit.converged:
+        return Doubt("its estimation did not converge")
+    return None
 
 
 def _measured(fit: OffsetFit, moving: MovingFrames) -> Measured:
@@ -202,11 +260,10 @@ def _finding(offset: TimeOffset, *, applied: bool) -> Finding:
     return Finding("time-offset", "warning", message, f"{flag} puts it right")
 
 
-def _untold(reason: str, *, applied: bool) -> Finding:
+def _untold(doubt: Doubt, *, applied: bool) -> Finding:
     return Finding(
         "time-offset-unknown",
         "warning" if applied else "info",
-        f"the time between images and poses is not told: {reason}",
-        "turn the robot about several axes while it goes on, with the target in view, or let it "
-        "stand still at every station",
+        f"the time between images and poses is not told: {doubt.reason}",
+        doubt.advice,
     )

@@ -16,6 +16,11 @@ from handeye_cli.records import Calibration, Protocol, Stations, Verification, V
 from handeye_cli.seen_through import chain_through, stations_through
 from handeye_cli.verification_row import row_of
 
+_WAY_OUT = (
+    "'--leave-one-out' predicts every station from all others; '--stations' takes other numbers"
+)
+"""The next step where the first stations of a recording determine nothing."""
+
 
 def verify(
     stations: Stations,
@@ -65,7 +70,10 @@ def verify(
 def _row(stations: Stations, chain: Chain, count: int, method: str, pairs: str) -> VerificationRow:
     first, second = chain.part(slice(0, count)), chain.part(slice(count, 2 * count))
     where = f"calibrating on the first {count} of {len(chain.A)} stations"
-    found = calibrate_part(first, stations, method=method, pairs=pairs, where=where)
+    try:
+        found = calibrate_part(first, stations, method=method, pairs=pairs, where=where)
+    except UndeterminedError as error:
+        raise UndeterminedError(error.message, where=where, hint=_WAY_OUT) from error
     second = chain_through(stations, second, found.camera)
     errors = held_out_errors(second, found.solution)
     own = noise_of_others(second, stations.noise, found.model.noise, found.solution)

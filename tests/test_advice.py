@@ -152,6 +152,8 @@ def test_the_papers_circle_is_as_good_as_promised():
     good = laid_out(np.linalg.inv(generate_stations(8, 0.4, np.radians(30.0))), perfect)
     assert_kept(promised, without_noise(good, quiet))
     assert promised.action == "8 stations by 'handeye plan': 400 mm, tilt 30 deg"
+    command = "'handeye plan --stations 8 --distance 400mm --tilt 30deg --setup eye-in-hand'"
+    assert promised.message.startswith(f"{command} would take the rotation from ")
 
 
 @pytest.mark.parametrize("setup", Setup)
@@ -457,3 +459,31 @@ def test_what_lasts_is_left_as_it_is():
     error, _, more = advised(document, np.sqrt(2.0), lasting=(1.0, 1.0))
     assert more.rotation == pytest.approx(np.sqrt(0.5 + 1.0) * error.rotation, rel=1e-6)
     assert more.translation == pytest.approx(np.sqrt(0.5 + 1.0) * error.translation, rel=1e-6)
+
+
+def test_what_no_step_changes_is_told_where_it_dominates():
+    """Levels of a third explain a ninth of the squares; the rest is put down to no noise."""
+    rng = np.random.default_rng(31)
+    rows = stations(rng, scene(rng, 12), ALIKE, with_covariance=False)
+    levels = (None if level is None else level / 3.0 for level in vars(ALIKE).values())
+    told = replace(rows, noise=Noise(*levels))
+    answer = solve(told)
+    assert "noise-understated" in [each.code for each in answer.diagnosis]
+    first, *others = answer.improvements
+    used = [row for row, seen in zip(told.stations, answer.stations, strict=True) if seen.used]
+    left = calibrated(replace(told, stations=tuple(used))).predicted_error
+    error = answer.predicted_error
+    assert first.change == "lasting"
+    assert first.rotation == pytest.approx(left.rotation)
+    assert first.translation == pytest.approx(left.translation)
+    share = 100.0 * (1.0 - (left.rotation / error.rotation) ** 2)
+    assert share > 80.0
+    assert first.message.startswith(f"{share:.0f} % of the mean square error in rotation")
+    assert all(each.change != "lasting" for each in others)
+
+
+def test_where_all_is_noise_no_such_thing_is_told():
+    rng = np.random.default_rng(31)
+    answer = solve(stations(rng, scene(rng, 12), ALIKE, given=True))
+    assert answer.improvements
+    assert all(each.change != "lasting" for each in answer.improvements)

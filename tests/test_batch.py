@@ -7,7 +7,7 @@ import pytest
 from scenes import general_scene, stations
 
 from handeye_cli import pipeline
-from handeye_cli.batch import Way, failed, outcome_of
+from handeye_cli.batch import Treatment, failed, outcome_of
 from handeye_cli.errors import (
     ConvergenceError,
     HandeyeError,
@@ -22,7 +22,7 @@ from handeye_cli.records import Finding, Noise
 from handeye_cli.records.batch import CANCELLED_CODE, Batch, BatchRow, BatchStatus
 
 NOISE = Noise(2e-4, 1e-4, 2e-4, 1e-4)
-WAY = Way("maximum-likelihood")
+TREATMENT = Treatment("maximum-likelihood")
 SHA = "ab" * 32
 
 
@@ -31,17 +31,17 @@ def scene(count=12, seed=3):
     return stations(rng, general_scene(rng, count), NOISE)
 
 
-def outcome(record, way=WAY):
-    return outcome_of("cell", lambda: (record, SHA), way)
+def outcome(record, treatment=TREATMENT):
+    return outcome_of("cell", lambda: (record, SHA), treatment)
 
 
 def test_the_row_says_what_solve_and_verify_say():
     record = scene()
     found = outcome(record)
     steps = pipeline.Steps()
-    answer = pipeline.to_calibration(record, steps, method=WAY.method, pairs="star")
+    answer = pipeline.to_calibration(record, steps, method=TREATMENT.method, pairs="star")
     (line,) = pipeline.to_verification(
-        record, steps, None, counts=None, method=WAY.method, pairs="star"
+        record, steps, None, counts=None, method=TREATMENT.method, pairs="star"
     ).rows
     assert found.row == BatchRow(
         "cell",
@@ -61,9 +61,9 @@ def test_the_row_says_what_solve_and_verify_say():
 
 def test_of_several_lines_the_one_on_most_stations_is_told():
     record = scene()
-    several = outcome(record, replace(WAY, counts=(6, 4))).row
+    several = outcome(record, replace(TREATMENT, counts=(6, 4))).row
     assert several.seen_translation == outcome(record).row.seen_translation
-    fewest = outcome(record, replace(WAY, counts=(4,))).row
+    fewest = outcome(record, replace(TREATMENT, counts=(4,))).row
     assert several.seen_translation != fewest.seen_translation
 
 
@@ -76,14 +76,14 @@ def test_an_existing_answer_is_verified_instead():
             matrix=answer.mount_T_camera.matrix @ se3.from_parts(np.eye(3), np.array([0.02, 0, 0])),
         ),
     )
-    row = outcome(scene(), replace(WAY, existing=other)).row
+    row = outcome(scene(), replace(TREATMENT, existing=other)).row
     # the plate stays where it was, and the camera is 20 mm beside where the answer has it
     assert row.seen_translation == pytest.approx(0.02, rel=0.6)
     assert (row.status, row.exit_code, row.consistent) == (BatchStatus.WARNINGS, 0, False)
 
 
 def test_a_limit_that_is_missed_leaves_the_answer():
-    found = outcome(scene(), replace(WAY, limits=Limits(translation_mm=0.001)))
+    found = outcome(scene(), replace(TREATMENT, limits=Limits(translation_mm=0.001)))
     assert (found.row.status, found.row.exit_code) == (BatchStatus.GATE, 6)
     seen = found.row.seen_translation * 1e3
     assert f"expected a translation error up to 0.001 mm, found {seen:.3f}" in found.row.message
@@ -97,7 +97,7 @@ def test_too_few_stations_to_verify_leave_the_answer():
     assert "--leave-one-out" in found.row.advice
     assert (found.row.stations, found.row.used, found.row.seen_rotation) == (5, 5, None)
     assert found.calibration is not None
-    assert outcome(scene(5), replace(WAY, leave_one_out=True)).row.status is BatchStatus.OK
+    assert outcome(scene(5), replace(TREATMENT, leave_one_out=True)).row.status is BatchStatus.OK
 
 
 def test_a_contradiction_ends_the_row_at_its_stations():
@@ -123,7 +123,7 @@ def test_a_recording_that_cannot_be_read():
     def opening():
         raise InputError("expected YAML, found soup", where="cell, line 2", hint="eat it")
 
-    row = outcome_of("cell", opening, WAY).row
+    row = outcome_of("cell", opening, TREATMENT).row
     assert row == BatchRow(
         "cell",
         BatchStatus.FAILED,
@@ -138,7 +138,7 @@ def test_a_bug_is_not_taken_for_a_bad_recording():
         raise KeyError("a bug")
 
     with pytest.raises(KeyError, match="a bug"):
-        outcome_of("cell", opening, WAY)
+        outcome_of("cell", opening, TREATMENT)
 
 
 KINDS = [UsageError, InputError, UndeterminedError, ConvergenceError, QualityGateError]

@@ -32,7 +32,13 @@ def verification(consistent):
             Limits(translation_mm=0.6),
             ["6 stations: expected a translation error up to 0.6 mm, fou"],
         ),
-        (Limits(consistent=True), ["6 stations: the errors contradict the prediction"]),
+        (
+            Limits(consistent=True),
+            [
+                "6 stations: the errors contradict the prediction: expected about 1.000 mrad and "
+                "0.100 mm, found 3.500 mrad and 0.700 mm"
+            ],
+        ),
         (Limits(rotation_mrad=math.nan), ["expected a rotation error up to nan mrad, found 4.500"]),
         (Limits(rotation_mrad=1), ["found 4.500; calibrated on 6", "found 3.500"]),
     ],
@@ -42,6 +48,18 @@ def test_every_row_over_a_limit_is_named(limits, messages):
         gates.check_limits(verification(consistent=False), limits)
     for message in messages:
         assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("limits", "hint"),
+    [(Limits(consistent=True), True), (Limits(rotation_mrad=1), False)],
+)
+def test_a_contradiction_is_told_with_what_to_look_at(limits, hint):
+    with pytest.raises(QualityGateError) as caught:
+        gates.check_limits(verification(consistent=False), limits)
+    assert (caught.value.hint is not None) == hint
+    if hint:
+        assert "largest errors" in caught.value.hint
 
 
 @pytest.mark.parametrize("consistent", [True, None])

@@ -98,6 +98,13 @@ def test_a_size_in_the_header_is_refused_before_decoding(header, monkeypatch):
         decode_grey(header(20000, 10001), "big")
 
 
+def test_an_image_of_moderate_size_may_be_too_long():
+    with pytest.raises(
+        InputError, match="x: expected sides of at most 32766 pixels, found 40000 x 9"
+    ):
+        decode_grey(png_header(40000, 9), "x")
+
+
 def test_a_size_only_the_decoder_knows_is_refused(grey, monkeypatch):
     monkeypatch.setattr(images, "MAX_PIXELS", 100)
     with pytest.raises(InputError, match="found 60 x 40"):

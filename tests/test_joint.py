@@ -20,9 +20,9 @@ from handeye_cli.estimates import Estimate
 from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import bundle, joint_bundle, pnp, se3
-from handeye_cli.geometry.loop import loop_jacobians
-from handeye_cli.noise_levels import noise_model
-from handeye_cli.pixel_data import CALIBRATED, seen_with, with_intrinsics
+from handeye_cli.held_out import held_out_errors, own_covariances, root_of, weighted_squares
+from handeye_cli.part_calibration import calibrate_part, noise_of_others, usable_chain
+from handeye_cli.pixel_data import CALIBRATED, with_intrinsics
 from handeye_cli.predict import predicted_error
 from handeye_cli.records import (
     Camera,
@@ -33,6 +33,7 @@ from handeye_cli.records import (
     TargetSpec,
     UncertainPose,
 )
+from handeye_cli.seen_through import chain_through
 from handeye_cli.solve import solve
 from handeye_cli.views import views_of
 
@@ -225,7 +226,7 @@ def test_exact_intrinsics_leave_the_answer_of_the_poses(setup, noise):
 def test_residuals_are_those_of_the_refined_camera(calibrated):
     document = calibrated.documents[0]
     answer = solve(document)
-    chain = seen_with(document, chain_of(document), answer.camera)
+    chain = chain_through(document, usable_chain(document), answer.camera)
     loops = chain.A @ answer.mount_T_camera.matrix @ chain.B
     off = se3.difference(loops, answer.reference_T_target.matrix)
     # The views' best poses to first order, and to the last digit.
@@ -234,30 +235,70 @@ def test_residuals_are_those_of_the_refined_camera(calibrated):
     )
 
 
-def test_held_out_stations_are_predicted_with_the_shared_error(calibrated):
-    """Five stations calibrate, three are predicted, all with intrinsics from all eight images."""
+@pytest.mark.parametrize("name", ["calibrated", "given"])
+def test_held_out_stations_are_predicted_with_the_shared_error(request, name):
+    """Five stations calibrate, three are predicted, all with the same intrinsics."""
     squares = []
-    for document in calibrated.documents[:FEWER]:
-        chain, known = chain_of(document), replace(document, noise=Noise(*ROBOT))
-        part, others = chain.part(slice(0, 5)), chain.part(slice(5, 8))
-        found = best_estimate(part, choose_pairs("star", 5), known, "maximum-likelihood")
-        others = seen_with(known, others, found.camera)
-        loop = loop_jacobians(others.A, others.B, found.solution.X, found.solution.Z)
-        by_shared = (loop.by_camera @ others.by_intrinsics).reshape(18, -1)
-        by_answer = loop.by_unknowns.reshape(18, 12)
-        between = by_answer @ found.with_intrinsics @ by_shared.T
-        covariance = by_answer @ found.covariance @ by_answer.T + by_shared @ by_shared.T
-        covariance += between + between.T
-        own = noise_model(others, known.noise, found.solution).covariance
-        by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-        blocks = by_poses @ own @ np.swapaxes(by_poses, -1, -2)
-        for k in range(3):
-            covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] += blocks[k]
-        off = loop.residuals.ravel()
-        squares.append(off @ np.linalg.solve(covariance, off))
-    # Chi-square with 18 degrees of freedom; the intrinsics have seen these images, which is why
-    # the errors may be a little smaller than that.
+    for document in request.getfixturevalue(name).documents[:FEWER]:
+        known = replace(document, noise=Noise(*ROBOT))
+        chain = usable_chain(known)
+        found = calibrate_part(
+            chain.part(slice(0, 5)), known, method="maximum-likelihood", pairs="star", where="here"
+        )
+        others = chain_through(known, chain.part(slice(5, 8)), found.camera)
+        errors = held_out_errors(others, found.solution)
+        own = noise_of_others(others, known.noise, found.model.noise, found.solution)
+        shared = errors.by_common @ root_of(found.covariance)
+        squares.append(weighted_squares(errors.vectors, own_covariances(errors, own), shared))
+    # Chi-square with 18 degrees of freedom; calibrated intrinsics have seen these images, which is
+    # why the errors may be a little smaller than that.
     assert 15.5 < np.mean(squares) < 18 + 4 * np.sqrt(36 / FEWER)
+
+
+@pytest.mark.parametrize("name", ["calibrated", "given"])
+def test_what_a_part_says_of_its_error_is_a_covariance(request, name):
+    """Of X, the mean Z and the intrinsics together, in units that belong together."""
+    for document in request.getfixturevalue(name).documents[:3]:
+        chain = usable_chain(document)
+        found = calibrate_part(
+            chain, document, method="maximum-likelihood", pairs="star", where="here"
+        )
+        sigma = np.sqrt(np.diag(found.covariance))
+        values = np.linalg.eigvalsh(found.covariance / sigma[:, None] / sigma)
+        assert values[0] > -1e-3 * values[-1]
+
+
+def test_an_error_of_all_robot_poses_moves_refined_intrinsics_as_well(given):
+    """Its covariance with X, the mean Z and the camera is how far it moves them, by brute force."""
+    document = replace(given.documents[0], noise=Noise(*ROBOT, pixel=0.3))
+    errors = np.random.default_rng(8).normal(size=(8, 6)) * np.repeat([2e-4, 2e-3], 3)
+
+    def part_at(step):
+        rows = tuple(
+            replace(each, base_T_gripper=se3.perturb(each.base_T_gripper, step * e), shared_error=e)
+            for each, e in zip(document.stations, errors, strict=True)
+        )
+        moved = replace(document, stations=rows)
+        return calibrate_part(
+            usable_chain(moved), moved, method="maximum-likelihood", pairs="star", where="here"
+        )
+
+    here, up, down = (part_at(step) for step in (0.0, 0.05, -0.05))
+    expected = [
+        se3.difference(getattr(up.solution, name), getattr(down.solution, name)) / 0.1
+        for name in ("X", "Z")
+    ]
+    caused = here.shared[:, -1]
+    np.testing.assert_allclose(
+        caused[:12], np.concatenate(expected), rtol=0.02, atol=0.02 * np.abs(caused[:12]).max()
+    )
+    directions = joint_bundle.uncertain_directions(document.camera.covariance)
+    by_intrinsics = directions @ caused[12:-1]
+    found = (up.camera.parameters - down.camera.parameters) / 0.1
+    np.testing.assert_allclose(by_intrinsics[:4], found[:4], rtol=0.03, atol=1e-3)
+    assert np.max(np.abs(found[:2])) > 0.1
+    spread = np.diag(here.camera.covariance)[:4]
+    assert np.all(spread > 0.99 * by_intrinsics[:4] ** 2)
 
 
 def test_given_noise_of_the_pixels_is_kept(calibrated):

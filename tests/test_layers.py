@@ -16,7 +16,7 @@ from cli.scene import stations_document
 PACKAGE = Path(__file__).resolve().parents[1] / "handeye_cli"
 
 LEVEL = {
-    "__init__": 0, "lazily": 0, "errors": 0, "conventions": 0,
+    "__init__": 0, "lazily": 0, "errors": 0, "conventions": 0, "wording": 0,
     "geometry": 1,
     "records": 2, "images": 2, "image_headers": 2, "markup": 2,
     "targets": 3, "solvers": 3, "recording": 3, "documents": 3,

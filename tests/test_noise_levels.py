@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import general_scene, stations
@@ -53,6 +55,20 @@ def test_one_given_level_leaves_the_other_to_be_estimated():
     assert model.noise.robot_rotation == 2e-3
     assert len(model.shapes) == 1
     assert model.noise.robot_translation == pytest.approx(3e-4, rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "level"), [("camera_rotation", 5e-3), ("camera_translation", 1e-3)]
+)
+def test_one_given_level_of_the_camera_leaves_the_other_half_its_covariance(name, level):
+    rng = np.random.default_rng(9)
+    document = stations(rng, general_scene(rng, 8), NOISE)
+    model = model_of(document, Noise(2e-3, 3e-4, **{name: level}))
+    both = replace(NOISE, **{name: level})
+    assert model.noise.camera_rotation == pytest.approx(both.camera_rotation)
+    assert model.noise.camera_translation == pytest.approx(both.camera_translation)
+    expected = model_of(document, both).covariance
+    np.testing.assert_allclose(model.covariance, expected, atol=1e-20)
 
 
 def test_the_camera_is_estimated_where_only_the_robot_is_known():

@@ -6,11 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from cli.conftest import handeye
+from moving_scenes import Run, X, Z
 
 from handeye_cli import documents, pipeline, recording
 from handeye_cli.conventions import MM, MRAD, Setup
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.station_generator import generate_stations
+from handeye_cli.geometry.time_offset import MovingViews
+from handeye_cli.geometry.trajectory import Trajectory
 from handeye_cli.pipeline import Steps
 from handeye_cli.recording import McapOptions, writing
 from handeye_cli.records import Camera, Noise, TargetSpec
@@ -20,7 +23,7 @@ from handeye_cli.simulate.footage import Footage, Shooting
 from handeye_cli.simulate.motion import SECOND_NS
 from handeye_cli.simulate.recording import Rig, simulate_recording
 from handeye_cli.simulate.render import Appearance
-from handeye_cli.time_offset import extract_in_motion
+from handeye_cli.time_offset import Doubt, extract_in_motion, fitted
 
 __all__ = ["handeye"]
 
@@ -43,16 +46,24 @@ def rig(setup):
     )
 
 
-def filmed(path, lag, *, setup=Setup.EYE_IN_HAND, pause=0.01, stops=4):
-    """Write what a robot sends on its way around the plate; return the path as text."""
+def filmed(path, lag, *, setup=Setup.EYE_IN_HAND, pause=0.01, stops=4, jitter=0.0):
+    """Write what a robot sends on its way around the plate; return the path as text.
+
+    Stamps are late by `lag`, and each by a time of its own besides, of standard deviation `jitter`.
+    """
     around = generate_stations(stops, 0.17, np.radians(30), CENTRE)
     nearer = se3.from_parts(np.eye(3), [[0.0, 0.0, 0.01 * (k % 3)] for k in range(stops)])
     turned = rotations.exp([[0.0, 0.0, 0.4 * (k % 2)] for k in range(stops)])
     cameras = around @ nearer @ se3.from_parts(turned, np.zeros(3))
     simulated = simulate_recording(rig(setup), cameras, 4, faults=[parse(f"time-offset:{lag}")])
     footage = Footage(simulated, Shooting(6.0, 100.0, round(pause * SECOND_NS)))
+    rng = np.random.default_rng(5)
+    pictures = (
+        (stamp + round(jitter * SECOND_NS * rng.standard_normal()), image)
+        for stamp, image in footage.pictures()
+    )
     with path.open("wb") as file:
-        writing.write(file, writing.Streams(footage.camera, footage.pictures(), footage.links()))
+        writing.write(file, writing.Streams(footage.camera, pictures, footage.links()))
     return str(path)
 
 
@@ -157,6 +168,28 @@ def test_pauses_stay_the_stations_and_inspect_tells_the_offset(inspection):
     assert abs(float(flag.removesuffix("ms")) + 38.0) < 1.0
 
 
+def test_stamps_that_scatter_are_what_limits_an_answer_from_motion(handeye, tmp_path):
+    path = filmed(tmp_path / "a.mcap", "38ms", jitter=4 * MS)
+    words = (path, "--setup", "eye-in-hand", "--target", TARGET, "--workers", 1)
+    shown = handeye("inspect", *words, "-o", tmp_path / "a.yaml", terminal=True)
+    looked = documents.read(str(tmp_path / "a.yaml"))
+    assert looked.blame.limit == "timing"
+    assert looked.blame.words.endswith("the time between pose and image is the limit")
+    assert min(looked.blame.timing_rotation, looked.blame.timing_translation) > 0.5
+    assert "the time between pose and image is the limit" in " ".join(shown.out.split())
+    # forty times tell their scatter to 11 %
+    assert looked.time_offset.jitter == pytest.approx(4 * MS, rel=0.4)
+
+
+def test_right_stamps_and_pauses_do_not_limit_it(restless, inspection):
+    restless = pipeline.to_inspection(read(restless), ONE)
+    assert restless.blame.limit != "timing"
+    assert 0.0 < restless.blame.timing_rotation < 0.05
+    # the offset that was found is not applied to pauses, and they do not move
+    assert inspection.time_offset is not None
+    assert inspection.blame.timing_rotation is None
+
+
 def test_an_offset_that_reaches_into_pauses_is_a_warning(pausing):
     record = read(pausing, time_offset_ns=82_000_000)
     _, measured = extract_in_motion(record, record.moving, workers=1)
@@ -230,18 +263,78 @@ def test_frames_without_the_target_leave_the_times_as_they_are(record, seen, sai
         np.testing.assert_array_equal(station.base_T_gripper, taken.base_T_gripper)
 
 
-def test_a_robot_that_makes_other_motions_is_told_of(record):
-    moving, path = record.moving, record.moving.path
-    few = replace(
-        moving,
-        frames=moving.frames[::3],
-        times=moving.times[::3],
-        stations=np.arange(3),
-        path=replace(path, poses=se3.inverse(path.poses)[::-1]),
+def test_a_robot_whose_images_are_of_another_time_is_told_of(record):
+    moving = record.moving
+    late = replace(
+        moving, frames=moving.frames[::3], times=moving.times[::3] - 1.9, stations=np.arange(3)
     )
-    _, measured = extract_in_motion(record, few, workers=1)
+    _, measured = extract_in_motion(record, late, workers=1)
     assert measured.offset is None
-    assert "do robot and camera make the same motions" in measured.finding.message
+    assert measured.finding.message.startswith("the time between images and poses is not told: ")
+    assert "within 1 s do robot and camera make the same motions" in measured.finding.message
+    assert "--time-offset" in measured.finding.advice
+
+
+def part_of(path, middle, reach):
+    inside = np.abs(path.times - middle) < reach
+    return replace(path, times=path.times[inside], poses=path.poses[inside])
+
+
+def with_moved_target(views):
+    moved = views.B @ se3.from_parts(rotations.exp(np.array([0.0, 0.0, 0.4])), np.zeros(3))
+    later = np.arange(len(views.times)) % 2 == 1
+    return replace(views, B=np.where(later[:, None, None], moved, views.B))
+
+
+CHANGES = {
+    "too few": lambda views: views.part(np.arange(40) < 9),
+    "of another time": lambda views: replace(views, times=views.times - 1.9),
+    "a target that moves": with_moved_target,
+    "the other setup": lambda views: replace(views, inverted=not views.inverted),
+    "no poses": lambda views: replace(views, path=part_of(views.path, views.times[0], 0.05)),
+    "late by chance": lambda views: replace(
+        views, times=views.times + 0.1 * np.random.default_rng(2).standard_normal(40)
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason", "advice"),
+    [
+        ("too few", "fewer than 10 frames in motion show the target", "with the target in view"),
+        ("of another time", "at none within 1 s do robot and camera make the same", "one clock"),
+        ("a target that moves", "the same angles, but about axes that do not fit", "target and"),
+        ("the other setup", "by the same angles, but about axes that do not fit", "--setup"),
+        ("no poses", "the robot's poses are known at the times of ", "as long as the images"),
+        ("late by chance", "the motion leaves it open by ", "about several"),
+    ],
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_reason_why_no_time_is_told_is_the_true_one(change, reason, advice, seed):
+    changed = CHANGES[change](Run(np.random.default_rng(seed)).moving_views())
+    doubt = fitted(lambda _: changed)
+    assert isinstance(doubt, Doubt)
+    assert reason in doubt.reason
+    assert advice in doubt.advice
+
+
+def test_a_turn_about_one_axis_leaves_the_time_open():
+    rng = np.random.default_rng(2)
+    times, taken = np.arange(0.0, 10.0, 0.01), np.linspace(1.0, 9.0, 30)
+    axis = np.array([0.0, 0.0, 0.3])
+    robot, then = (
+        se3.from_parts(rotations.exp(t[:, None] * axis), np.zeros(3)) for t in (times, taken)
+    )
+    views = MovingViews(
+        Trajectory(times, se3.perturb(robot, rng.normal(0.0, 1e-4, (1000, 6)))),
+        inverted=False,
+        times=taken,
+        B=se3.perturb(se3.inverse(then @ X) @ Z, rng.normal(0.0, 1e-5, (30, 6))),
+        covariance=np.tile(1e-10 * np.eye(6), (30, 1, 1)),
+    )
+    doubt = fitted(lambda _: views)
+    assert isinstance(doubt, Doubt)
+    assert "the motion leaves it open by " in doubt.reason
 
 
 def test_a_frame_whose_corrected_time_is_outside_is_not_used(record):

@@ -58,12 +58,8 @@ class AnsweredStations:
             robot=chain.A if setup is Setup.EYE_IN_HAND else se3.inverse(chain.A),
             target=chain.B[:, :3, 3],
             residuals=estimate.residuals,
-            spread=carried(
-                np.concatenate([loop.by_robot, loop.by_camera], axis=-1), estimate.model.covariance
-            ),
-            fitted=np.concatenate(
-                [loop.by_unknowns, loop.by_camera @ chain.by_intrinsics], axis=-1
-            ),
+            spread=carried(loop.by_poses, estimate.model.covariance),
+            fitted=np.concatenate([loop.by_unknowns, chain.by_shared_causes(loop)], axis=-1),
             by_robot=loop.by_robot @ chain.by_robot,
             from_camera=carried(loop.by_camera, estimate.model.covariance[:, 6:, 6:]),
             to_mount=chain.by_robot,

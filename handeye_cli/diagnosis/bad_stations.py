@@ -11,7 +11,9 @@ from handeye_cli.diagnosis.robust_fit import (
     MOST_FREEDOM,
     Agreement,
     best_agreement,
+    cost,
     largest_contradiction,
+    level,
     ordinary,
 )
 from handeye_cli.geometry import rotations, se3
@@ -41,7 +43,7 @@ def find_bad_stations(
 ) -> BadStations:
     """Find stations whose image, robot pose or target contradict those of all others.
 
-    The errors of intrinsics that all stations share (`Chain.by_intrinsics`) count as noise here.
+    Errors that all stations share (`Chain.by_causes`) count as noise of each of them here.
 
     Args:
         chain: The stations, in the order they were recorded; their motions determine an answer.
@@ -62,15 +64,9 @@ def find_bad_stations(
     hidden = hides(everybody)
     if not hidden and _all_well(everybody):
         return BadStations(count, scale=model.noise, noise_given=len(model.variances) == 0)
-    from handeye_cli.diagnosis.mispaired import mispaired
-
-    best = best_agreement(loops, model.variances, hidden=hidden)
-    turns = _turns_of(target) if best.outside > 1 else None
-    cycles = mispaired(best, turns)
-    faults = best.outside - sum(len(cycle) - 1 for cycle in cycles)
-    split = split_agreement(best, faults)
-    agreed, cycles = (best, cycles) if split is None else (split, mispaired(split, turns))
-    moved = None if split is None else move_of(split)
+    best = _likelier(everybody, best_agreement(loops, model.variances, hidden=hidden))
+    agreed, cycles = _explained(best, target, hidden=hidden)
+    moved = move_of(agreed) if len(agreed.found.Z) > 1 else None
     return BadStations(
         count=count,
         outliers=_outliers(agreed, {row for cycle in cycles for row in cycle}),
@@ -79,6 +75,30 @@ def find_bad_stations(
         scale=_scale(chain, given, agreed, moved),
         noise_given=len(model.variances) == 0,
     )
+
+
+def _explained(
+    best: Agreement, target: TargetSpec | None, *, hidden: bool
+) -> tuple[Agreement, tuple[tuple[int, ...], ...]]:
+    """Return the agreement on one or on two places of the target, and who is exchanged with whom.
+
+    The other arguments are those of `find_bad_stations` and of `best_agreement`.
+
+    Args:
+        best: The largest agreement on one place.
+    """
+    from handeye_cli.diagnosis.mispaired import mispaired
+
+    turns = _turns_of(target) if best.outside > 1 else None
+    cycles = mispaired(best, turns)
+    split = split_agreement(best, best.outside - sum(len(cycle) - 1 for cycle in cycles))
+    if split is None:
+        return best, cycles
+    from handeye_cli.diagnosis.other_lengths import instead_of_move
+
+    resized = instead_of_move(split, best.loops, best.found.variances, hidden=hidden)
+    agreed = split if resized is None else resized
+    return agreed, mispaired(agreed, turns)
 
 
 def agreement_on_two_places(chain: Chain, given: Noise | None = None) -> Agreement | None:
@@ -137,6 +157,7 @@ def _rough(chain: Chain, given: Noise | None) -> tuple[Solution, NoiseModel]:
 
 def _loops(chain: Chain, model: NoiseModel) -> BlockLoops:
     known = model.covariance - np.tensordot(model.variances, model.shapes, axes=1)
+    known = known + chain.by_causes @ np.swapaxes(chain.by_causes, -1, -2)
     one_target = np.zeros(len(chain.A), dtype=np.int64)
     return BlockLoops(chain.A, chain.B, known, model.shapes, one_target)
 
@@ -159,6 +180,17 @@ def _all_well(everybody: Agreement) -> bool:
     if likeliest_move(everybody)[1] < _SUSPICIOUS:
         return False
     return count * largest_contradiction(everybody)[1] >= _SUSPICIOUS
+
+
+def _likelier(everybody: Agreement, best: Agreement) -> Agreement:
+    """Return the ordinary fit where it contradicts nobody and is likelier than one without some.
+
+    Of four or five stations three or four may agree by the symmetry of half turns on what the
+    others rule out.
+    """
+    if largest_contradiction(everybody)[1] < level(everybody.loops):
+        return best
+    return min(everybody, best, key=lambda agreed: cost(agreed, agreed.outside))
 
 
 def _outliers(agreed: Agreement, exchanged: set[int]) -> tuple[BadStation, ...]:

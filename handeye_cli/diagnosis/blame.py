@@ -1,24 +1,26 @@
 """What the stations' residuals are due to: robot, pixel noise, intrinsics, plate, or timing.
 
 The camera's poses bring covariances from their pixels, and the shape of the plate and of the lens
-show in the images by themselves, whatever the robot does. What is left of the residuals once these
-are in the poses is the robot's. Where nothing is known of the camera the two cannot be told apart.
+show in the images by themselves, whatever the robot does. What the times of images add to poses
+that were read in motion is in the stations. What is left of the residuals once all this is in the
+poses is the robot's. Where nothing is known of the camera the two cannot be told apart.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from handeye_cli.chain import Chain, has_pixels
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.diagnosis.answered_stations import carried
+from handeye_cli.diagnosis.late_poses import LatePoses, late_poses
 from handeye_cli.diagnosis.plate_shape import LENS, UNCLEAR, PlateShape
-from handeye_cli.diagnosis.timing import TimeOffset, time_offset
 from handeye_cli.estimates import Estimate
 from handeye_cli.geometry import se3
-from handeye_cli.geometry.loop import LoopJacobians, isotropic_covariance, loop_jacobians
+from handeye_cli.geometry.loop import LoopJacobians, loop_jacobians
 from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.records import FloatArray, Stations
 from handeye_cli.records.blame import BlameShares
@@ -39,11 +41,7 @@ _KINDS = ("rotation", "translation")
 
 
 def blame(
-    estimate: Estimate,
-    stations: Stations,
-    chain: Chain,
-    plate: PlateShape | None = None,
-    speeds: FloatArray | None = None,
+    estimate: Estimate, stations: Stations, chain: Chain, plate: PlateShape | None = None
 ) -> BlameShares:
     """Divide the residuals of an answer among their causes.
 
@@ -52,18 +50,15 @@ def blame(
         stations: The document.
         chain: Its N stations that were used.
         plate: What `plate_shape` says of the document, or None.
-        speeds: (N, 2) of the gripper in the base at each of them, m/s and rad/s, or None.
     """
     case = _case(estimate, stations, chain, plate)
     if not np.any(case.model.covariance[:, 6:, 6:]):
         return _unclear(case)
-    if speeds is not None:
-        case = replace(case, timing=_timing(case, speeds))
     squares = _squares(case)
     total = np.maximum(np.sum(list(squares.values()), axis=0), np.finfo(float).tiny)
     shares = {name: each / total for name, each in squares.items()}
     limit = _limit(shares, case)
-    parts = {
+    parts: dict[str, Any] = {
         f"{name}_{kind}": float(value)
         for name, share in shares.items()
         for kind, value in zip(_KINDS, share, strict=True)
@@ -73,7 +68,6 @@ def blame(
         translation=float(np.sqrt(total[1])),
         limit=limit,
         words=_words(squares, limit, case),
-        findings=(case.timing.finding,) if case.timing else (),
         **parts,
     )
 
@@ -92,7 +86,7 @@ class _Case:
         by_image: (N, 6) the same by what the intrinsics do not model.
         lens_unknown: Whether intrinsics that are taken as exact were found to be wrong, or plate or
             lens without telling which.
-        timing: A time between poses and images, where one was found.
+        late: What times that are off make of the robot's poses.
     """
 
     chain: Chain
@@ -103,15 +97,12 @@ class _Case:
     by_plate: FloatArray
     by_image: FloatArray
     lens_unknown: bool
-    timing: TimeOffset | None = None
+    late: LatePoses
 
     @property
     def robot(self) -> FloatArray:
         """(N, 6, 6) covariance of the A_i that is the robot's noise alone."""
-        if self.timing is None:
-            return self.model.covariance[:, :6, :6]
-        levels = self.timing.robot_rotation, self.timing.robot_translation
-        return carried(self.chain.by_robot, isotropic_covariance(*levels))
+        return np.asarray(self.model.covariance[:, :6, :6] - self.late.scatter)
 
 
 def _case(estimate: Estimate, stations: Stations, chain: Chain, plate: PlateShape | None) -> _Case:
@@ -138,21 +129,16 @@ def _case(estimate: Estimate, stations: Stations, chain: Chain, plate: PlateShap
         by_plate=by_plate,
         by_image=by_image,
         lens_unknown=UNCLEAR in codes or (exact and LENS in codes),
+        late=late_poses(chain),
     )
 
 
 def _corrected(chain: Chain, plate: PlateShape | None, moves: FloatArray) -> Chain:
     """Return the chain as a straight plate and a right lens would have shown it."""
-    ratio = plate.seen.pixel_left / plate.seen.pixel if plate else 1.0
+    share = plate.noise_share if plate else 1.0
     return replace(
-        chain,
-        B=se3.perturb(chain.B, moves),
-        camera_covariance=chain.camera_covariance * ratio**2,
+        chain, B=se3.perturb(chain.B, moves), camera_covariance=chain.camera_covariance * share
     )
-
-
-def _timing(case: _Case, speeds: FloatArray) -> TimeOffset | None:
-    return time_offset(case.chain, case.solution, case.model.covariance, speeds)
 
 
 def _squares(case: _Case) -> dict[str, FloatArray]:
@@ -163,9 +149,7 @@ def _squares(case: _Case) -> dict[str, FloatArray]:
     loop = case.loop
     robot = carried(loop.by_robot, case.robot)
     camera = carried(loop.by_camera, case.model.covariance[:, 6:, 6:])
-    late = np.zeros_like(robot)
-    if case.timing is not None:
-        late = carried(loop.by_robot @ case.chain.by_robot, case.timing.covariance)
+    late = carried(loop.by_robot, case.late.scatter)
     fit = _Fit.of(loop.by_unknowns, robot + camera + late)
     lens = np.concatenate([case.chain.by_intrinsics, case.by_image[..., None]], axis=-1)
     squares = {
@@ -173,7 +157,7 @@ def _squares(case: _Case) -> dict[str, FloatArray]:
         "camera": fit.of_noise(camera),
         "intrinsics": fit.of_columns(loop.by_camera @ lens),
         "plate": fit.of_columns(loop.by_camera @ case.by_plate[..., None]),
-        "timing": fit.of_noise(late),
+        "timing": fit.of_noise(late) + fit.of_columns(loop.by_robot @ case.late.together),
     }
     return {name: each for name, each in squares.items() if np.any(each)}
 
@@ -210,7 +194,7 @@ class _Fit:
 
 def _by_kind(squares: FloatArray) -> FloatArray:
     """Return the (2,) rotation and translation of (N, 6) squares, as means over the stations."""
-    return np.asarray(squares.mean(axis=0).reshape(2, 3).sum(axis=1)[::-1])
+    return se3.by_kind(squares.mean(axis=0))[::-1]
 
 
 def _limit(shares: dict[str, FloatArray], case: _Case) -> str:
@@ -229,7 +213,8 @@ def _words(squares: dict[str, FloatArray], limit: str, case: _Case) -> str:
 
 def _conclusion(limit: str, case: _Case) -> str:
     if limit != "unclear":
-        return f"the {limit} {'are' if limit == 'intrinsics' else 'is'} the limit"
+        name = _NAMES[limit] if limit == "timing" else limit
+        return f"the {name} {'are' if limit == 'intrinsics' else 'is'} the limit"
     if case.lens_unknown:
         return "the robot's part cannot be told from what else is wrong with lens or plate"
     return "no single one is the limit"
@@ -258,8 +243,10 @@ def _short(value: float) -> str:
 
 def _unclear(case: _Case) -> BlameShares:
     """Return the verdict where nothing is known of the camera."""
-    fit = _Fit.of(case.loop.by_unknowns, carried(case.loop.by_robot, case.robot))
-    squares = fit.of_noise(carried(case.loop.by_robot, case.robot))
+    loop = case.loop
+    noise = carried(loop.by_robot, case.model.covariance[:, :6, :6])
+    fit = _Fit.of(loop.by_unknowns, noise)
+    squares = fit.of_noise(noise) + fit.of_columns(loop.by_robot @ case.late.together)
     rotation, translation = np.sqrt(squares).tolist()
     words = (
         f"residuals of {_amount(rotation, translation)}: robot and camera cannot be told apart "

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handeye_cli.diagnosis.hypotheses import Hypothesis
 from handeye_cli.geometry import statistics
-from handeye_cli.geometry.motion_invariants import fit_rotations, fit_translations, second_turn
+from handeye_cli.geometry.motion_invariants import (
+    BoolArray,
+    RotationFit,
+    TranslationFit,
+    fit_rotations,
+    fit_translations,
+    second_turn,
+    turned_answers,
+)
+from handeye_cli.geometry.observability import half_turns
 from handeye_cli.records import FloatArray, IntArray
 
 _AT_ONCE = 64
@@ -19,6 +30,8 @@ _FINEST_TURN = 1e-4
 """Radians below which the residual of a rotation is as good as none."""
 _FINEST_SHARE = 1e-4
 """Share of the motions' lengths below which the residual of a translation is as good as none."""
+_FINEST_LENGTH = 1e-9
+"""The same in metres, where there is no motion."""
 _LARGEST_TURN = 0.06
 """Residual in radians that noise explains, RMS: poses are rarely worse than 10 mrad."""
 _LARGEST_SHARE = 0.25
@@ -84,7 +97,7 @@ class Fit:
     @property
     def least_translation(self) -> float:
         """The residual of the translations that counts, metres."""
-        return max(self.translation, _FINEST_SHARE * self.reach, 1e-9)
+        return max(self.translation, _FINEST_SHARE * self.reach, _FINEST_LENGTH)
 
     @property
     def matched(self) -> float:
@@ -99,8 +112,18 @@ class Fit:
     @property
     def left_out(self) -> int:
         """Number of stations that do not agree or take no part."""
-        levels = np.array([self.least_rotation, self.least_translation])
-        return int(np.sum(np.any(self.residuals > _EXPLAINED * levels[:, None], axis=0)))
+        return self.unexplained_by(self)
+
+    def unexplained_by(self, noisy: Fit) -> int:
+        """Return how many stations do not agree, or take no part, with noise as another fit has.
+
+        Args:
+            noisy: The fit; where this one has more noise of a kind, its own counts.
+        """
+        rotation = max(self.least_rotation, noisy.least_rotation)
+        translation = max(self.least_translation, noisy.least_translation)
+        limits = _EXPLAINED * np.array([[rotation], [translation]])
+        return int(np.sum(np.any(self.residuals > limits, axis=0)))
 
     @property
     def typical(self) -> FloatArray:
@@ -125,14 +148,30 @@ def fit(hypotheses: Sequence[Hypothesis], trusted: int | None = None) -> list[Fi
     return [each for part in parts for each in _fit_together(part, trusted)]
 
 
+class _Stacked(NamedTuple):
+    """Readings of N stations along leading axes: poses, which of them exist, how many count.
+
+    (..., N, 4, 4) A and B, (..., N) mask and (...) trusted.
+    """
+
+    A: FloatArray
+    B: FloatArray
+    mask: BoolArray
+    trusted: IntArray
+
+    def repeated(self, count: int) -> _Stacked:
+        """Return the same along one leading axis and a further one, of `count` alike."""
+        arrays: Iterable[NDArray[Any]] = self
+        return _Stacked(*(np.repeat(each[:, None], count, axis=1) for each in arrays))
+
+
 def _fit_together(hypotheses: Sequence[Hypothesis], most: int | None) -> list[Fit]:
-    A = np.stack([each.A for each in hypotheses])
-    B = np.stack([each.B for each in hypotheses])
     mask = np.stack([each.mask for each in hypotheses])
     count = np.sum(mask, axis=-1)
     trusted = _trusted(count) if most is None else np.minimum(count, most)
-    turned = fit_rotations(A[..., :3, :3], B[..., :3, :3], mask, trusted)
-    moved = fit_translations(A, B, turned, mask, trusted)
+    A = np.stack([each.A for each in hypotheses])
+    B = np.stack([each.B for each in hypotheses])
+    turned, moved = _fitted(_Stacked(A, B, mask, trusted))
     turns = second_turn(B[..., :3, :3], turned.kept)
     return [
         Fit(
@@ -154,6 +193,65 @@ def _fit_together(hypotheses: Sequence[Hypothesis], most: int | None) -> list[Fi
     ]
 
 
+def _fitted(stacked: _Stacked) -> tuple[RotationFit, TranslationFit]:
+    """Fit readings along one leading axis.
+
+    Half turns leave several answers to rotations alone, of which the translations tell the one.
+    """
+    A, B, mask, trusted = stacked
+    turned = fit_rotations(A[..., :3, :3], B[..., :3, :3], mask, trusted)
+    moved = fit_translations(A, B, turned, mask, trusted)
+    first = np.argmax(turned.kept, axis=-1)[:, None, None, None]
+    seen = B[..., :3, :3].mT
+    halves = half_turns(np.take_along_axis(seen, first, axis=1)[:, 0], seen) & turned.kept
+    rows = np.flatnonzero(halves.any(axis=-1))
+    if len(rows) == 0:
+        return turned, moved
+    before = RotationFit(*_rows_of(turned, rows))
+    some = _Stacked(*_rows_of(stacked, rows))
+    others, again = _other_answers(some, before)
+    limit = _chance_factor(3 * some.trusted - 6) * np.maximum(before.rms, _FINEST_TURN)
+    scores = np.where(others.rms <= limit[:, None], _scores(others, again), np.inf)
+    better = np.flatnonzero(scores.min(axis=1) < _scores(turned, moved)[rows])
+    chosen = better, np.argmin(scores, axis=1)[better]
+    return (
+        RotationFit(*_replaced(turned, others, rows[better], chosen)),
+        TranslationFit(*_replaced(moved, again, rows[better], chosen)),
+    )
+
+
+def _other_answers(stacked: _Stacked, before: RotationFit) -> tuple[RotationFit, TranslationFit]:
+    """Return the fits of what half turns allow beside what was found, along a further axis."""
+    A, B, mask, trusted = stacked
+    others = turned_answers(A[..., :3, :3], B[..., :3, :3], before, mask, trusted)
+    A, B, mask, trusted = stacked.repeated(others.rms.shape[1])
+    return others, fit_translations(A, B, others, mask, trusted)
+
+
+def _scores(turned: RotationFit, moved: TranslationFit) -> FloatArray:
+    """Return (...) logarithms of the products of both residuals, as `Fit.score`."""
+    finest = np.maximum(_FINEST_SHARE * moved.reach, _FINEST_LENGTH)
+    parts = np.maximum(turned.rms, _FINEST_TURN) * np.maximum(moved.rms, finest)
+    return np.asarray(np.log(parts))
+
+
+def _rows_of(arrays: Iterable[NDArray[Any]], rows: IntArray) -> Iterator[NDArray[Any]]:
+    return (each[rows] for each in arrays)
+
+
+def _replaced(
+    fits: Iterable[NDArray[Any]],
+    others: Iterable[NDArray[Any]],
+    rows: IntArray,
+    chosen: tuple[IntArray, IntArray],
+) -> Iterator[NDArray[Any]]:
+    """Yield the arrays of some fits, with rows of them taken from others."""
+    for one, other in zip(fits, others, strict=True):
+        changed = one.copy()
+        changed[rows] = other[chosen]
+        yield changed
+
+
 def _trusted(count: IntArray) -> IntArray:
     """Return how many of some stations are trusted to agree: two may be bad, or a fifth of many.
 
@@ -167,8 +265,12 @@ def clear_factor(first: Fit, second: Fit) -> float:
 
     The logarithm of an RMS of f independent residuals scatters by 1 / sqrt(2 f).
     """
-    freedom = min(first.freedom, second.freedom)
-    return max(_LEAST_FACTOR, math.exp(_CONFIDENCE / math.sqrt(freedom)))
+    return float(_chance_factor(np.array(min(first.freedom, second.freedom))))
+
+
+def _chance_factor(freedom: IntArray) -> FloatArray:
+    scatter = _CONFIDENCE / np.sqrt(np.maximum(freedom, 1))
+    return np.asarray(np.maximum(_LEAST_FACTOR, np.exp(scatter)))
 
 
 def gains(other: Fit, declared: Fit) -> tuple[float, float]:

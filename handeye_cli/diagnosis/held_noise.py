@@ -12,7 +12,7 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.errors import UndeterminedError
-from handeye_cli.geometry import statistics, variance
+from handeye_cli.geometry import se3, statistics, variance
 from handeye_cli.geometry.free_directions import Freedom
 from handeye_cli.geometry.loop import isotropic_covariance, loop_jacobians
 from handeye_cli.noise_levels import Loops, NoiseModel, noise_of_loops
@@ -39,7 +39,7 @@ def rough_covariance(chain: Chain, solution: Solution, least: tuple[int, int]) -
         least: Rotations and translations that are surely free.
     """
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
-    squares = np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1)
+    squares = se3.by_kind(np.mean(residuals**2, axis=0))
     squares = squares * residuals.size / max(residuals.size - 12 + sum(least), 1)
     translation, rotation = np.maximum(np.sqrt(squares), _FLOOR).tolist()
     half = isotropic_covariance(rotation, translation) / 2.0
@@ -103,12 +103,12 @@ def held_noise(
 
 def _loops(chain: Chain, solution: Solution, free: Freedom) -> Loops:
     loop = loop_jacobians(chain.A, chain.B, solution.X, solution.Z)
-    by_unknowns = loop.by_unknowns @ free.basis
-    unknowns, shared = by_unknowns.shape[-1], chain.by_intrinsics.shape[-1]
+    by_unknowns, by_causes = loop.by_unknowns @ free.basis, chain.by_shared_causes(loop)
+    unknowns, shared = by_unknowns.shape[-1], by_causes.shape[-1]
     return Loops(
         residuals=loop.residuals,
-        design=np.concatenate([by_unknowns, loop.by_camera @ chain.by_intrinsics], axis=-1),
-        by_poses=np.concatenate([loop.by_robot, loop.by_camera], axis=-1),
+        design=np.concatenate([by_unknowns, by_causes], axis=-1),
+        by_poses=loop.by_poses,
         other_residuals=np.zeros(shared),
         other_design=np.eye(shared, unknowns + shared, unknowns),
     )
@@ -157,5 +157,4 @@ def _one_level(chain: Chain, given: Noise, loops: Loops) -> NoiseModel:
         found.variances,
         shape[None],
         found.information,
-        found.converged,
     )

@@ -159,7 +159,7 @@ def _quaternions(reading: Reading) -> Iterator[Hypothesis]:
         sides = [side for side in sides if side[1] is robot]
     for (whose, A, B, said), direction in product(sides, _both_directions(reading)):
         flags = f"{said} {direction.flag}".strip() if said else ""
-        advice = f"say {flags}" if said else "write all quaternions of a document in one order"
+        advice = f"say {flags}" if said else _in_one_order(direction)
         yield _of_all(
             f"quaternion-order{direction.suffix}",
             f"{whose} are {order}{direction.words}",
@@ -168,6 +168,11 @@ def _quaternions(reading: Reading) -> Iterator[Hypothesis]:
             flag=flags,
             advice=advice,
         )
+
+
+def _in_one_order(direction: _Direction) -> str:
+    advice = "write all quaternions of a document in one order"
+    return f"{advice}, and say {direction.flag}" if direction.flag else advice
 
 
 def _eulers(reading: Reading, euler: EulerNumbers) -> Iterator[Hypothesis]:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from handeye_cli.diagnosis.robust_fit import Agreement
-from handeye_cli.geometry import rotations, statistics
+from handeye_cli.geometry import rotations, se3, statistics
 from handeye_cli.geometry.block_loop import loop_covariances
 from handeye_cli.geometry.subsets import subsets
 
@@ -38,7 +38,7 @@ _PARALLEL = 1e-3
 def hides(agreed: Agreement) -> bool:
     """Return whether small subsets agree far better than the fit to all stations says."""
     variances = np.einsum("nii->ni", loop_covariances(agreed.loops, agreed.found)).mean(axis=0)
-    translation, rotation = np.sqrt(variances.reshape(2, 3).mean(axis=1))
+    translation, rotation = np.sqrt(se3.by_kind(variances) / 3.0)
     seen = _angle_noise(agreed) / rotation, _translation_noise(agreed) / translation
     return bool(min(seen) < _HIDDEN)
 

@@ -45,8 +45,8 @@ def solve_partial(
     solution, model = found.solution, found.model
     loops = linearised(chain, solution, model.covariance)
     _, influence = least_squares(loops, found.free.basis, np.zeros(12))
-    with_intrinsics = np.einsum("nij,njk->ik", influence[..., 6:], chain.by_intrinsics)
-    shared = with_intrinsics @ with_intrinsics.T + chain.shared_covariance(influence)
+    caused = chain.caused(influence)
+    shared = caused @ caused.T
     covariance = solution_covariance(influence, model.covariance) + shared
     estimated = len(model.shapes) > 0
     return PartialAnswer(

@@ -8,6 +8,7 @@ where it follows the image, the lens is not. Views that are all alike cannot tel
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,18 @@ LENS = "residuals-over-image"
 UNCLEAR = "plate-or-lens"
 """Code of the finding that one of the two is bent, and that the views do not tell which."""
 _MIN_VIEWS = 3
+_AS_MUCH = 0.8
+"""Part of what a distortion of the image explains from which a plate explains as much."""
+_SEEN = 3.0
+"""Standard deviations from which a strain of the plate is told."""
+_RICHEST = "rational_polynomial"
+"""Lens model with the most coefficients."""
+_ELSEWHERE = (
+    "calibrate the camera with another target, flat and stiff, in all parts of the image, and give "
+    "the result with --camera"
+)
+"""What tells lens and plate apart whatever has been tried before."""
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -54,6 +67,12 @@ class PlateShape:
         rows = np.searchsorted(self.index, chain.index)
         return self.by_plate[rows], self.by_image[rows]
 
+    @property
+    def noise_share(self) -> float:
+        """Part of the variance of the pixels that is noise, and not what was found."""
+        found = np.any(self.by_plate) or np.any(self.by_image)
+        return (self.seen.pixel_left / self.seen.pixel) ** 2 if found else 1.0
+
     def answer_covariance(self, chain: Chain, influence: FloatArray) -> FloatArray:
         """Return the (12, 12) mean squares that what was found adds to the errors of X and Z.
 
@@ -67,10 +86,14 @@ class PlateShape:
     def beside(self, chain: Chain) -> Chain:
         """Return a chain that knows what was found as more errors that its target poses share.
 
-        With it `systematic_errors` does not put them down to the robot.
+        With it `systematic_errors` puts them down neither to the robot nor to the pixels' noise.
         """
         columns = np.stack(self.moves(chain), axis=-1)
-        return replace(chain, by_intrinsics=np.concatenate([chain.by_intrinsics, columns], axis=-1))
+        return replace(
+            chain,
+            camera_covariance=chain.camera_covariance * self.noise_share,
+            by_intrinsics=np.concatenate([chain.by_intrinsics, columns], axis=-1),
+        )
 
 
 def plate_shape(stations: Stations) -> PlateShape | None:
@@ -104,7 +127,8 @@ class _Causes:
         bowed: The plate's surface is no plane.
         strained: Its pitches are not as declared.
         lens: The image is distorted otherwise than the intrinsics say.
-        unclear: Something is bent, plate or lens, and the views do not tell which.
+        unclear: Something is bent, plate or lens, and the views do not tell which, or each of them
+            explains as much and no bow is certain.
     """
 
     bowed: bool
@@ -122,7 +146,7 @@ def _verdict(look: Look, data: PixelData) -> PlateShape:
     found = _causes(look, sized, beyond)
     ended = straight if found.bowed or found.strained else look
     shape = (plate,) if ended is straight else ()
-    distorted = (image,) if found.lens else ()
+    distorted = (image,) if found.lens or beyond.passed else ()
     known = np.concatenate([look.causes.lens, *shape])
     seen = _sizes(look, sized, ended.pixels(*shape, *distorted))
     # What the lens takes up of these pixels by itself is no matter of the plate.
@@ -132,7 +156,7 @@ def _verdict(look: Look, data: PixelData) -> PlateShape:
     by_image = ended.equations.moves_beyond(known, image)
     return PlateShape(
         seen=seen,
-        findings=tuple(_findings(look, seen, found, calibrated=data.calibrated)),
+        findings=tuple(_findings(look, seen, found, data)),
         index=data.views.index,
         by_plate=by_plate if shape else np.zeros_like(by_plate),
         by_image=by_image if distorted else np.zeros_like(by_image),
@@ -148,13 +172,15 @@ def _causes(look: Look, sized: Sized, beyond: Test) -> _Causes:
         and sized.chance(columns) < SIGNIFICANCE
         for columns, known in ((bow, strain), (strain, bow))
     )
-    by_plate = look.test(look.causes.plate).passed
-    either = look.test(image).passed and not (beyond.passed or bowed or strained)
+    by_plate, by_image = look.test(look.causes.plate), look.test(image)
+    as_much = by_plate.passed and by_plate.share >= _AS_MUCH * by_image.share
+    lens = beyond.passed and (bowed or not as_much)
+    either = by_image.passed and not (lens or bowed or (strained and not beyond.passed))
     return _Causes(
         bowed=bowed,
         strained=strained,
-        lens=beyond.passed or (either and not by_plate),
-        unclear=either and by_plate,
+        lens=lens or (either and not by_plate.passed),
+        unclear=either and by_plate.passed,
     )
 
 
@@ -190,18 +216,16 @@ def _height(look: Look, sized: Sized) -> tuple[float, float]:
 
 
 def _findings(
-    look: Look, seen: SmoothResiduals, found: _Causes, *, calibrated: bool
-) -> list[Finding]:
-    findings = []
+    look: Look, seen: SmoothResiduals, found: _Causes, data: PixelData
+) -> Iterator[Finding]:
     if found.bowed:
-        findings.append(_bowed(look, seen))
+        yield _bowed(look, seen)
     if found.strained:
-        findings.append(_strained(seen))
+        yield _strained(seen)
     if found.lens:
-        findings.append(_distorted(look, seen, calibrated=calibrated))
+        yield _distorted(look, seen, data)
     if found.unclear:
-        findings.append(_unclear(seen))
-    return findings
+        yield _unclear(seen)
 
 
 def _bowed(look: Look, seen: SmoothResiduals) -> Finding:
@@ -218,41 +242,64 @@ def _bowed(look: Look, seen: SmoothResiduals) -> Finding:
 
 
 def _strained(seen: SmoothResiduals) -> Finding:
+    stretched = abs(seen.aspect) / max(seen.aspect_sigma, _TINY)
+    sheared = abs(seen.shear) / max(seen.shear_sigma, _TINY)
+    least = min(_SEEN, max(stretched, sheared))
+    told, advice = [], []
+    if stretched >= least:
+        told.append(
+            f"columns {100 * seen.aspect:+.2f} % (+- {100 * seen.aspect_sigma:.2f}) farther apart "
+            "than rows"
+        )
+        advice.append("measure the pitch along both sides; print without scaling to the page")
+    if sheared >= least:
+        told.append(
+            f"corners {seen.shear / MRAD:+.1f} mrad (+- {seen.shear_sigma / MRAD:.1f}) off a right "
+            "angle"
+        )
+        advice.append("measure both diagonals; where they differ, use a target printed otherwise")
     return Finding(
         "plate-aspect",
         "warning",
-        "the plate is not printed in its declared proportions: columns "
-        f"{100 * seen.aspect:+.2f} % (+- {100 * seen.aspect_sigma:.2f}) farther apart than rows, "
-        f"corners {seen.shear / MRAD:+.1f} mrad (+- {seen.shear_sigma / MRAD:.1f}) off a right "
-        "angle",
-        "measure the pitch along both sides; print without scaling to the page",
+        f"the plate is not printed in its declared proportions: {', '.join(told)}",
+        "; ".join(advice),
     )
 
 
-def _distorted(look: Look, seen: SmoothResiduals, *, calibrated: bool) -> Finding:
+def _distorted(look: Look, seen: SmoothResiduals, data: PixelData) -> Finding:
     left = look.pixels(look.causes.image)
-    advice = (
-        "the lens model is too simple for this lens: give intrinsics with another model"
-        if calibrated
-        else "solve with --calibrate-intrinsics, or calibrate the camera again"
-    )
     return Finding(
         LENS,
         "warning",
         f"the residuals are smooth over the image, as with wrong intrinsics: a distortion of the "
         f"image explains {100 * seen.image_share:.0f} % of the squares of the {seen.pixel:.3f} px "
         f"and leaves {left:.3f} px; a bent plate would explain {100 * seen.plate_share:.0f} %",
-        advice,
+        _better_lens(data.camera.model, calibrated=data.calibrated),
     )
+
+
+def _better_lens(model: str, *, calibrated: bool) -> str:
+    """Return the next step to a better lens, which is never one that has been taken."""
+    if model == _RICHEST:
+        return (
+            f"no lens model has more coefficients than {model}: {_ELSEWHERE}; what remains then is "
+            "the target's"
+        )
+    if calibrated:
+        return (
+            f"the lens model {model} is too simple for this lens: calibrate the camera by "
+            f"another tool as {_RICHEST}, and give the result with --camera"
+        )
+    return "solve with --calibrate-intrinsics, or calibrate the camera again"
 
 
 def _unclear(seen: SmoothResiduals) -> Finding:
     return Finding(
         UNCLEAR,
         "warning",
-        f"the residuals are smooth: a plate bowed by {seen.bow / MM:.2g} mm explains "
+        f"the residuals are smooth: the plate's shape, bowed by {seen.bow / MM:.2g} mm, explains "
         f"{100 * seen.plate_share:.0f} % of the squares of the {seen.pixel:.3f} px, a distortion "
-        f"of the lens {100 * seen.image_share:.0f} %, and the views are too alike to tell which",
+        f"of the lens {100 * seen.image_share:.0f} %, and the views do not tell which it is",
         "record views tilted more and turned about the camera's axis, with the plate in all parts "
-        "of the image",
+        f"of the image; or {_ELSEWHERE}",
     )

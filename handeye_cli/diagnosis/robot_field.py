@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from handeye_cli.diagnosis.answered_stations import PARTS, AnsweredStations, carried
-from handeye_cli.geometry import smooth_fields
+from handeye_cli.geometry import se3, smooth_fields
 from handeye_cli.geometry.bounded_variances import bounded_variances
 from handeye_cli.predict import solution_covariance
 from handeye_cli.records import FloatArray
@@ -47,8 +47,7 @@ def widening(
         moved = np.moveaxis(influence[..., part], -1, 0)
         joint = np.einsum("dia,ij,djb->ab", moved, field.correlations, moved, optimize=True)
         honest = honest + level * joint
-    ratios = np.diag(honest)[:6].reshape(2, 3).sum(axis=1)
-    ratios /= np.diag(estimate.covariance)[:6].reshape(2, 3).sum(axis=1)
+    ratios = se3.by_kind(np.diag(honest)[:6]) / se3.by_kind(np.diag(estimate.covariance)[:6])
     translation, rotation = np.sqrt(np.maximum(ratios, 1.0)).tolist()
     return rotation, translation
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.block_loop import BlockLoops, BoolArray, linearised, moved
+from handeye_cli.geometry.scaled_inverse import scaled_pseudo_inverse
 from handeye_cli.geometry.star import all_pairs
 from handeye_cli.geometry.subsets import subsets
 from handeye_cli.records import FloatArray, IntArray
@@ -71,10 +72,8 @@ def _step(J: FloatArray, r: FloatArray) -> FloatArray:
     information = np.swapaxes(J, -1, -2) @ J
     information = information.sum(axis=1)
     gradient = np.einsum("hnij,hni->hj", J, r)
-    scale = 1.0 / np.sqrt(np.maximum(np.einsum("hii->hi", information), 1e-300))
-    scaled = scale[:, :, None] * information * scale[:, None, :]
-    inverse = np.linalg.pinv(scaled, rcond=_DETERMINED, hermitian=True)
-    return np.asarray(-scale * (inverse @ (scale * gradient)[..., None])[..., 0])
+    inverse = scaled_pseudo_inverse(information, _DETERMINED)
+    return np.asarray(-(inverse @ gradient[..., None])[..., 0])
 
 
 def _hypotheses(loops: BlockLoops) -> tuple[FloatArray, FloatArray]:
@@ -107,7 +106,7 @@ def _one_of_each(blocks: IntArray, triples: IntArray) -> IntArray:
 
 def _squares(residuals: FloatArray) -> FloatArray:
     """Return the (H, N, 2) squared distances and angles."""
-    return np.asarray(np.sum(residuals.reshape(*residuals.shape[:-1], 2, 3) ** 2, axis=-1))
+    return se3.by_kind(residuals**2)
 
 
 def _nearest(squares: FloatArray, size: int) -> tuple[IntArray, FloatArray]:

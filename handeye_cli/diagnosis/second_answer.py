@@ -30,8 +30,9 @@ _DISTINCT = 0.05
 _STEPS = 6
 _FLOOR = 1e-18
 """Mean square of residuals, rad^2 and m^2, that is mere rounding."""
-_AS_LIKELY = 0.01
-"""Chance of residuals so much larger by noise alone, below which an answer is the worse one."""
+_AS_LIKELY = 1e-4
+"""Chance of residuals so much larger by noise alone, below which an answer is the worse one: who
+takes the wrong one is off by a half turn, and is not told."""
 
 
 def second_answer(chain: Chain, solution: Solution) -> Solution | None:
@@ -41,7 +42,7 @@ def second_answer(chain: Chain, solution: Solution) -> Solution | None:
         chain: Three stations or more, which turn about more than one axis.
         solution: The answer, roughly.
     """
-    halves = half_turns(chain.A[:, :3, :3])
+    halves = half_turns(chain.A[0, :3, :3], chain.A[1:, :3, :3])
     if not halves.any():
         return None
     motions = np.swapaxes(chain.A[0, :3, :3], -1, -2) @ chain.A[1:, :3, :3]
@@ -105,4 +106,4 @@ def _as_likely(chain: Chain, solution: Solution, other: Solution) -> bool:
 def _mean_squares(chain: Chain, solution: Solution) -> FloatArray:
     """Return (2,) mean squares of the residuals in translation and in rotation."""
     residuals = loop_jacobians(chain.A, chain.B, solution.X, solution.Z).residuals
-    return np.asarray(np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1))
+    return se3.by_kind(np.mean(residuals**2, axis=0))

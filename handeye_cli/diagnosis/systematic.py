@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ from handeye_cli.estimates import Estimate
 from handeye_cli.geometry import smooth_fields
 from handeye_cli.geometry.smooth_fields import Trend, WhiteResiduals
 from handeye_cli.geometry.tail_probabilities import chi_square_head, chi_square_tail
+from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.records import Finding, FloatArray, Noise
 
 CODE = "robot-systematic"
@@ -37,6 +38,8 @@ _NOISE_SIGNIFICANCE = 1e-3
 """Chance that given noise is called too small, or too large, though it is right."""
 _EXACT = 1e-2
 """RMS of whitened residuals that are mere rounding: less than any level that is considered."""
+_ROUNDING = 1e-6
+"""Part by which covariances differ that are the same."""
 _FEWEST = 8
 """Stations below which nothing is said of systematic errors."""
 _TESTED = (0.5, 1.0)
@@ -81,10 +84,12 @@ def systematic_errors(
     Args:
         estimate: The answer.
         chain: Its N stations. What `by_intrinsics` says of their target poses is not put down to
-            the robot; columns of the plate's shape may stand beside those of the intrinsics.
+            the robot; columns of the plate's shape may stand beside those of the intrinsics, and
+            the target poses may be less uncertain than the estimate has them.
         given: The noise of the document, or None.
         setup: Where the camera is fixed.
     """
+    estimate = replace(estimate, model=_noise_beside(estimate, chain, given))
     stations = AnsweredStations.of(estimate, chain, setup)
     noise = _noise_of(stations, given)
     if len(chain.A) < _FEWEST:
@@ -100,6 +105,15 @@ def systematic_errors(
         rotation=max(noise.rotation, rotation),
         translation=max(noise.translation, translation),
     )
+
+
+def _noise_beside(estimate: Estimate, chain: Chain, given: Noise | None) -> NoiseModel:
+    """Return the noise of an answer, anew where its chain knows more of the target poses' noise."""
+    model = estimate.model
+    known = model.covariance - np.tensordot(model.variances, model.shapes, axes=1)
+    if np.allclose(known[:, 6:, 6:], chain.camera_covariance, rtol=_ROUNDING, atol=0.0):
+        return model
+    return noise_model(chain, given, estimate.solution)
 
 
 def _noise_of(stations: AnsweredStations, given: Noise | None) -> Systematic:
@@ -169,21 +183,22 @@ def _follows_pose(stations: AnsweredStations) -> _Followed | None:
         return None
     form, found = hypotheses[best], trends[best]
     if by_trend < _SIGNIFICANCE and form.follows == "scale":
-        moves = _moved_by_scale(stations, form.columns[..., 0], float(found.values[0]))
+        moves = _moved_by_scale(stations, float(found.values[0]))
         return _Followed(_scaled(found, chance), form.columns, moves)
     grows = by_trend < _SIGNIFICANCE
     seen = form.words(found) if grows else "stations near each other have alike residuals"
     return _Followed(_kinematic(seen, chance), np.zeros((len(stations.robot), 6, 0)), np.zeros(12))
 
 
-def _moved_by_scale(stations: AnsweredStations, ways: FloatArray, scale: float) -> FloatArray:
+def _moved_by_scale(stations: AnsweredStations, scale: float) -> FloatArray:
     """Return the (12,) moves of X and Z that ways of a wrong length lead to.
 
     The robot's ways may be too long, or the target's lengths too short: the residuals are the same,
     the answers are not. The larger move is taken.
     """
     influence = stations.estimate.influence[..., 6:9]
-    by_robot = scale * np.einsum("nij,nj->i", stations.influence, ways)
+    ways = stations.robot[:, :3, 3]
+    by_robot = scale * np.einsum("nij,nj->i", stations.influence[..., :3], ways)
     by_target = -scale * np.einsum("nij,nj->i", influence, stations.target)
     return max(by_robot, by_target, key=lambda moves: float(np.linalg.norm(moves[:3])))
 
@@ -247,7 +262,7 @@ def _hypotheses(stations: AnsweredStations) -> Iterator[_Hypothesis]:
     """Yield a scale, and errors that grow along each coordinate of the robot's pose."""
     position, turned = smooth_fields.spreads(stations.robot)
     ways = np.zeros((len(position), 6, 1))
-    ways[:, :3, 0] = stations.robot[:, :3, 3]
+    ways[:, :3, 0] = position
     yield _Hypothesis(ways, "translation", "scale")
     frames = {"base": np.eye(3), "gripper": stations.robot[:, :3, :3]}
     noise = stations.estimate.model.noise

@@ -6,12 +6,16 @@ residuals that look alike; only a comparison of both tells how many stations eac
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.diagnosis.bad_stations import agreement_on_two_places
 from handeye_cli.diagnosis.fits import Fit, as_good, clear_factor, clearly_better, fit
 from handeye_cli.diagnosis.hypotheses import MOVED, Hypothesis
+from handeye_cli.diagnosis.lengths import length_ratio
 from handeye_cli.diagnosis.moved_target import move_of
 from handeye_cli.diagnosis.readings import Reading
 from handeye_cli.geometry import se3
@@ -77,12 +81,24 @@ def explains_more(moved: Fit, pairing: Fit) -> bool:
 
     The move is a fault itself, and so is every station that does not agree or that a shift drops. A
     pairing that leaves few stations fits well whatever is true, hence the factor that chance does
-    not bring about.
+    not bring about. What noise as large as the pairing shows explains is no fault of the move.
     """
-    return moved.left_out + 1 < pairing.left_out and not clearly_better(pairing, moved)
+    pairing = _with_told_lengths(pairing)
+    faults = moved.unexplained_by(pairing) + 1
+    return faults < pairing.left_out and not clearly_better(pairing, moved)
 
 
 def explains_as_much(moved: Fit, pairing: Fit) -> bool:
     """Return whether neither of the two can be preferred."""
-    as_few = moved.left_out <= pairing.left_out
+    pairing = _with_told_lengths(pairing)
+    as_few = moved.unexplained_by(pairing) <= pairing.left_out
     return as_few and (as_good(moved, pairing) or not clearly_better(pairing, moved))
+
+
+def _with_told_lengths(pairing: Fit) -> Fit:
+    """Return a pairing with its lengths as they are, where its motions do not tell their ratio.
+
+    A ratio that is fitted to noise explains that noise, and no move has it.
+    """
+    told = math.isfinite(length_ratio(pairing).sigma)
+    return pairing if told else replace(pairing, translation=pairing.apart)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry import se3, variance
 from handeye_cli.geometry.loop import LoopJacobians, loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_pseudo_inverse
 from handeye_cli.geometry.tail_probabilities import chance_of_squares
 
 FloatArray = NDArray[np.float64]
@@ -138,8 +139,7 @@ def linearised(loops: BlockLoops, X: FloatArray, Z: FloatArray) -> _Linear:
     for block in range(count):
         seen = (loops.blocks == block)[:, None, None]
         design[..., 6 + 6 * block : 12 + 6 * block] = seen * own[..., 6:]
-    by_poses = np.concatenate([found.by_robot, found.by_camera], axis=-1)[..., 0, :, :]
-    return _Linear(found.residuals[..., 0, :], design, by_poses)
+    return _Linear(found.residuals[..., 0, :], design, found.by_poses[..., 0, :, :])
 
 
 def moved(X: FloatArray, Z: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -237,9 +237,7 @@ def _spread(information: FloatArray, variances: FloatArray) -> FloatArray:
     diagonal = np.diag(information)
     if not np.all(np.isfinite(diagonal) & (diagonal > 0.0)):
         return np.diag(2.0 * variances**2)
-    scale = 1.0 / np.sqrt(diagonal)
-    scaled = information * scale[:, None] * scale
-    return np.asarray(np.linalg.pinv(scaled, hermitian=True) * scale[:, None] * scale)
+    return scaled_pseudo_inverse(information)
 
 
 def sufficient_variances(residuals: FloatArray, shapes: FloatArray) -> FloatArray:
@@ -249,8 +247,8 @@ def sufficient_variances(residuals: FloatArray, shapes: FloatArray) -> FloatArra
         residuals: (n, 6) of the loops.
         shapes: (K, n, 6, 6) what each variance adds to their covariance.
     """
-    seen = np.mean(residuals**2, axis=0).reshape(2, 3).sum(axis=1)
-    added = np.mean(np.einsum("knii->kni", shapes), axis=1).reshape(-1, 2, 3).sum(axis=2)
+    seen = se3.by_kind(np.mean(residuals**2, axis=0))
+    added = se3.by_kind(np.mean(np.einsum("knii->kni", shapes), axis=1))
     alone = np.where(added > 0.0, seen / np.where(added > 0.0, added, 1.0), np.inf)
     return np.asarray(np.maximum(np.min(alone, axis=1), _TINIEST))
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry import rotations
-from handeye_cli.geometry.statistics import MAX_OVER_RMS
+from handeye_cli.geometry.error_radius import MAX_OVER_RMS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,8 +37,8 @@ class StationNoise:
 
 
 @dataclass(frozen=True)
-class CriticalFactors:
-    """What the error depends on, section III-B of the paper.
+class FormulaFactors:
+    """What the formulas of the error depend on, section III-B of the paper.
 
     Attributes:
         stations: N.
@@ -61,7 +61,7 @@ class CriticalFactors:
 
 def critical_factors(
     A: FloatArray, B: FloatArray, motion_c: FloatArray, pairs: IntArray
-) -> CriticalFactors:
+) -> FormulaFactors:
     """Measure the critical factors of a set of stations.
 
     Args:
@@ -71,14 +71,9 @@ def critical_factors(
         pairs: (m, 2) the interstation pairs.
     """
     P = rotations.principal_axis(motion_c[:, :3, :3])
-    length = np.linalg.norm(P, axis=1, keepdims=True)
-    unit = P / np.where(length > 0, length, 1.0)
-    count = len(P)
-    scatter = unit.T @ unit
-    sine_square = (count**2 - np.sum(scatter**2)) / (count * (count - 1))  # mean of 1 - cos^2
-    sine = float(np.sqrt(max(sine_square, 0.0)))
+    sine = _mean_sine(P)
     separation = A[pairs[:, 0], :3, 3] - A[pairs[:, 1], :3, 3]
-    return CriticalFactors(
+    return FormulaFactors(
         stations=len(A),
         angle=_rms(rotations.angle(motion_c[:, :3, :3])),
         sine=sine,
@@ -87,6 +82,18 @@ def critical_factors(
         robot_distance=_rms(np.linalg.norm(separation, axis=1)),
         condition=_condition(sine),
     )
+
+
+def _mean_sine(P: FloatArray) -> float:
+    """Return the RMS sine of the angles between (m, 3) axes; those without length are none."""
+    length = np.linalg.norm(P, axis=1)
+    unit = P[length > 0.0] / length[length > 0.0, None]
+    count = len(unit)
+    if count < 2:
+        return 0.0
+    # the sum of cos^2 over all pairs of axes, each with itself among them, is that of the scatter
+    sines = count**2 - np.sum((unit.T @ unit) ** 2)
+    return float(np.sqrt(max(sines / (count * (count - 1)), 0.0)))
 
 
 def successive_axes_angles(motion: FloatArray, pairs: IntArray) -> FloatArray:
@@ -121,13 +128,13 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def rotation_sigma(factors: CriticalFactors, noise: StationNoise) -> float:
+def rotation_sigma(factors: FormulaFactors, noise: StationNoise) -> float:
     """Return sigma_Rcg in radians, eq. (29) with (25a)."""
     pair = 2.0 * (noise.robot_rotation**2 + noise.camera_rotation**2)
     return float(np.sqrt(pair) * _axes_gain(factors.axes))
 
 
-def rotation_max(factors: CriticalFactors, noise: StationNoise) -> float:
+def rotation_max(factors: FormulaFactors, noise: StationNoise) -> float:
     """Return Err(R_cg) in radians, eq. (30) with (25b)."""
     pair = 2.0 * MAX_OVER_RMS * (noise.robot_rotation + noise.camera_rotation)
     return float(pair * _axes_gain(factors.axes))
@@ -138,7 +145,7 @@ def _axes_gain(axes: FloatArray) -> float:
     return float(np.sqrt(np.sum(1.0 / (squares + np.roll(squares, 1)))))
 
 
-def translation_sigma(factors: CriticalFactors, noise: StationNoise) -> float:
+def translation_sigma(factors: FormulaFactors, noise: StationNoise) -> float:
     """Return the upper bound on sigma_Tcg in metres, eq. (31)."""
     pair = 2.0 * (noise.robot_rotation**2 + noise.camera_rotation**2)
     from_rotation = 16.0 / 9.0 * pair / factors.sine**2 * factors.camera_distance**2
@@ -151,7 +158,7 @@ def translation_sigma(factors: CriticalFactors, noise: StationNoise) -> float:
     return float(_turn_gain(factors) * np.sqrt(from_rotation + from_stations))
 
 
-def translation_max(factors: CriticalFactors, noise: StationNoise) -> float:
+def translation_max(factors: FormulaFactors, noise: StationNoise) -> float:
     """Return the upper bound on Err(T_cg) in metres, eq. (33) with (25b) and without its root."""
     pair = 2.0 * MAX_OVER_RMS * (noise.robot_rotation + noise.camera_rotation)
     from_rotation = 4.0 / factors.sine * pair * factors.camera_distance
@@ -168,6 +175,6 @@ def translation_max(factors: CriticalFactors, noise: StationNoise) -> float:
     return float(_turn_gain(factors) * (from_rotation + from_stations))
 
 
-def _turn_gain(factors: CriticalFactors) -> float:
+def _turn_gain(factors: FormulaFactors) -> float:
     more = np.sqrt(3.0 / factors.stations)
     return float(more / (2.0 * np.sin(min(factors.angle, np.pi) / 2.0)))

@@ -102,7 +102,7 @@ def free_directions(
     constant, upper = np.linalg.qr(loops.design[..., 6:].reshape(-1, 6))
     answer = loops.design[..., :6].reshape(-1, 6)
     along = np.concatenate([np.eye(6), -np.linalg.solve(upper, constant.T @ answer)])
-    answer -= constant @ (constant.T @ answer)
+    answer = answer - constant @ (constant.T @ answer)
     moved = design_noise(loops.root, A=A, X=X, B=B) @ along
     feigned = _SIGNIFICANCE**2 * feigned_information(moved, constant, covariance)
     moves = _weak(answer[:, :3], feigned[:3, :3], max(least))

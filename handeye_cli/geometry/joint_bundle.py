@@ -25,6 +25,7 @@ from handeye_cli.geometry import pnp, se3
 from handeye_cli.geometry.camera import Lens
 from handeye_cli.geometry.loop import loop_jacobians
 from handeye_cli.geometry.pnp import Sightings
+from handeye_cli.geometry.scaled_inverse import scaled_inverse
 
 FloatArray = NDArray[np.float64]
 
@@ -195,14 +196,10 @@ def view_information(
     """
     chunks = [slice(i, i + _CHUNK) for i in range(0, max(len(poses), 1), _CHUNK)]
     parts = [
-        _information_of_chunk(poses[part], _part(seen, part), sigma[part], lens, directions)
+        _information_of_chunk(poses[part], seen.part(part), sigma[part], lens, directions)
         for part in chunks
     ]
     return ViewInformation(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-
-
-def _part(seen: Sightings, rows: slice) -> Sightings:
-    return replace(seen, pixels=seen.pixels[rows], mask=seen.mask[rows])
 
 
 def _information_of_chunk(
@@ -245,7 +242,7 @@ def linearise(problem: JointProblem, state: JointState) -> LinearLoops:
         poses=se3.perturb(B, view.offsets),
         residuals=loop.residuals + from_views - from_robot,
         design=np.concatenate([loop.by_unknowns, loop.by_camera @ view.by_shared], axis=-1),
-        by_poses=np.concatenate([loop.by_robot, loop.by_camera], axis=-1),
+        by_poses=loop.by_poses,
         camera_covariance=view.covariance,
         information=view.information.sum(axis=0) + prior.information,
         gradient=view.gradient.sum(axis=0) + prior.gradient + prior.information @ state.shared,
@@ -288,7 +285,8 @@ def influence(linear: LinearLoops, covariance: FloatArray) -> JointInfluence:
         covariance: (N, 6, 6) of the perturbations of A_i.
     """
     normal = _normal_equations(linear, covariance)
-    inverse = _inverse(normal.information)
+    inverse = scaled_inverse(normal.information)
+    inverse = (inverse + inverse.T) / 2
     return JointInfluence(
         by_poses=-inverse @ normal.weighted @ linear.by_poses,
         shared=inverse[:, 12:] @ linear.information @ inverse[12:],
@@ -359,18 +357,11 @@ def _normal_equations(linear: LinearLoops, covariance: FloatArray) -> _NormalEqu
     return _NormalEquations(information, weighted, weight)
 
 
-def _inverse(information: FloatArray) -> FloatArray:
-    """Invert with unit diagonal, so that metres and radians do not spoil the conditioning."""
-    scale = 1.0 / np.sqrt(np.diag(information))
-    inverse = np.linalg.inv(scale[:, None] * information * scale) * scale[:, None] * scale
-    return np.asarray((inverse + inverse.T) / 2)
-
-
 def _step(linear: LinearLoops, covariance: FloatArray, state: JointState) -> _Step:
     normal = _normal_equations(linear, covariance)
     gradient = np.einsum("nij,nj->i", normal.weighted, linear.residuals)
     gradient[12:] += linear.gradient
-    common = -_inverse(normal.information) @ gradient
+    common = -scaled_inverse(normal.information) @ gradient
     left = linear.residuals + linear.design @ common
     to_robot = covariance @ np.swapaxes(linear.by_poses[..., :6], -1, -2) @ normal.weight
     robot = -(to_robot @ left[..., None])[..., 0] - state.robot

@@ -31,6 +31,11 @@ class LoopJacobians(NamedTuple):
     by_camera: FloatArray
     by_unknowns: FloatArray
 
+    @property
+    def by_poses(self) -> FloatArray:
+        """(..., N, 6, 12) derivative by the perturbations of A_i and B_i together."""
+        return np.concatenate([self.by_robot, self.by_camera], axis=-1)
+
 
 def loop_jacobians(A: FloatArray, B: FloatArray, X: FloatArray, Z: FloatArray) -> LoopJacobians:
     """Linearise the loop at (X, Z).

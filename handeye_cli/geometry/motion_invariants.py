@@ -26,6 +26,10 @@ _REFITS = 3
 """Least-squares fits to the stations that agree best, each choosing them anew."""
 _SOFT = 0.3
 """Residuals below this share of the typical one are not told apart."""
+_ALTERNATIONS = 10
+"""Turns of fitting R_Z to R_X and back, after which a candidate is where it fits best."""
+_IRRATIONAL = 0.5 * (np.sqrt(5.0) - 1.0)
+"""Its multiples are spread evenly, and no motions have such weights by themselves."""
 _TINY = 1e-12
 _OPEN = 1e-9
 """Share of the largest eigenvalue below which a direction of the translation is not fitted."""
@@ -121,6 +125,45 @@ def fit_rotations(A: FloatArray, B: FloatArray, mask: BoolArray, keep: IntArray)
     )
     R_X, R_Z = _rotations(A, B, weights)
     return RotationFit(R_X, R_Z, np.where(mask, residuals, np.inf), rms, kept)
+
+
+def turned_answers(
+    A: FloatArray, B: FloatArray, found: RotationFit, mask: BoolArray, keep: IntArray
+) -> RotationFit:
+    """Return what else may fit as well as rotations that were found, as half turns allow it.
+
+    The rotations of stations between which there are half turns may fit R_X and R R_X alike. R is a
+    half turn about the axis of all motions that are none, which is along or across those of all
+    others: an eigenvector of the symmetric part of every motion, and of a sum of them with weights
+    that nothing explains. The other two eigenvectors of that are tried for nothing.
+
+    Args:
+        A: (..., N, 3, 3) reference_R_mount.
+        B: (..., N, 3, 3) camera_R_target.
+        found: One solution.
+        mask: (..., N) stations that exist.
+        keep: (...) number of stations that are trusted to agree.
+
+    Returns:
+        Three candidates along a further axis, (..., 3), each refined to where it fits best.
+    """
+    first = np.argmax(found.kept, axis=-1)[..., None, None, None]
+    motions = np.swapaxes(np.take_along_axis(A, first, axis=-3), -1, -2) @ A
+    weights = np.modf(np.arange(1, A.shape[-3] + 1) * _IRRATIONAL)[0] * found.kept
+    total = np.einsum("...n,...nij->...ij", weights, motions)
+    _, axes = np.linalg.eigh(total + np.swapaxes(total, -1, -2))
+    half = rotations.exp(np.pi * np.swapaxes(axes, -1, -2))
+    A, B = A[..., None, :, :, :], B[..., None, :, :, :]
+    chosen = found.kept[..., None, :, None, None]
+    R_X = half @ found.R_X[..., None, :, :]
+    for _ in range(_ALTERNATIONS):
+        R_Z = rotations.project_to_so3(np.sum(chosen * (A @ R_X[..., None, :, :] @ B), axis=-3))
+        back = np.swapaxes(A, -1, -2) @ R_Z[..., None, :, :] @ np.swapaxes(B, -1, -2)
+        R_X = rotations.project_to_so3(np.sum(chosen * back, axis=-3))
+    residuals = np.where(mask[..., None, :], _angles(A, B, R_X, R_Z), np.inf)
+    kept, _ = _best(residuals, mask[..., None, :], keep[..., None])
+    squares = np.where(kept, residuals, 0.0)[..., None]
+    return RotationFit(R_X, R_Z, residuals, np.sqrt(_square(squares, kept.astype(float))), kept)
 
 
 def fit_translations(

@@ -16,8 +16,6 @@ _NUMERICAL_FLOOR = 1e-9
 _FEWEST_MOTIONS = 6
 _CERTAIN_AXIS = 1.95
 """Length of an axis beyond which noise may turn it round: 2 sin(angle / 2) for 154 deg."""
-
-
 _NEAR_HALF = 0.3
 """Radians from a half turn up to which noise, even a lot, may turn an axis round."""
 
@@ -64,19 +62,20 @@ def motion_spread(motion_g: FloatArray, motion_c: FloatArray) -> MotionSpread:
     )
 
 
-def half_turns(R: FloatArray) -> BoolArray:
-    """Return which motions from the first of some rotations to the others are nearly half turns.
+def half_turns(first: FloatArray, others: FloatArray) -> BoolArray:
+    """Return which motions from one rotation to others are nearly half turns.
 
     Where none is, every motion has an axis whose sign is certain. Rotations about more than one
-    axis that allow two answers have a half turn here, whichever comes first.
+    axis that allow two answers have a half turn here, whichever of them comes first.
 
     Args:
-        R: (N, 3, 3) rotations.
+        first: (..., 3, 3) rotations.
+        others: (..., N, 3, 3) rotations.
 
     Returns:
-        (N - 1,) of the others.
+        (..., N) of the others.
     """
-    traces = np.einsum("ij,nij->n", R[0], R[1:])
+    traces = np.einsum("...ij,...nij->...n", first, others)
     return np.asarray(traces < 1.0 - 2.0 * np.cos(_NEAR_HALF))
 
 

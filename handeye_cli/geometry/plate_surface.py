@@ -9,7 +9,7 @@ every combination of unknowns.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,8 +82,7 @@ class PosedViews:
 
     def part(self, rows: slice) -> PosedViews:
         """Return some of the views."""
-        seen = replace(self.seen, pixels=self.seen.pixels[rows], mask=self.seen.mask[rows])
-        return PosedViews(self.poses[rows], seen, self.sigma[rows], self.lens)
+        return PosedViews(self.poses[rows], self.seen.part(rows), self.sigma[rows], self.lens)
 
 
 @dataclass(frozen=True)

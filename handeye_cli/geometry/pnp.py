@@ -15,6 +15,7 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import Lens, normalise, project, project_jacobians
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 MIN_POINTS = 4
@@ -41,6 +42,10 @@ class Sightings:
     points: FloatArray
     pixels: FloatArray
     mask: BoolArray
+
+    def part(self, rows: slice | IntArray | BoolArray) -> Sightings:
+        """Return some of the views."""
+        return replace(self, pixels=self.pixels[rows], mask=self.mask[rows])
 
 
 @dataclass(frozen=True)

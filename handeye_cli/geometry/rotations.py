@@ -138,22 +138,6 @@ def principal_axis(R: FloatArray) -> FloatArray:
     return np.asarray(2.0 * quaternion_from_matrix(R)[..., :3])
 
 
-def matrix_from_principal_axis(P: FloatArray) -> FloatArray:
-    """Return the rotation matrices of the paper's axes, eq. (10).
-
-    Args:
-        P: (..., 3) axes of length at most 2.
-
-    Returns:
-        (..., 3, 3) rotation matrices.
-    """
-    P = np.asarray(P, dtype=float)
-    square = np.sum(P * P, axis=-1)[..., None, None]
-    alpha = np.sqrt(np.maximum(4.0 - square, 0.0))
-    outer = P[..., :, None] * P[..., None, :]
-    return np.asarray((1.0 - square / 2.0) * np.eye(3) + 0.5 * (outer + alpha * skew(P)))
-
-
 def matrix_from_euler(angles: FloatArray, order: str) -> FloatArray:
     """Return the rotation matrices of Euler angles.
 

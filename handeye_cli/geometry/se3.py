@@ -48,6 +48,15 @@ def difference(T: FloatArray, origin: FloatArray) -> FloatArray:
     return np.concatenate([T[..., :3, 3] - origin[..., :3, 3], rotations.log(turn)], axis=-1)
 
 
+def by_kind(squares: FloatArray) -> FloatArray:
+    """Return (..., 2) sums over the axes of translation and of rotation, in this order.
+
+    Args:
+        squares: (..., 6) squares or variances of a perturbation's components.
+    """
+    return np.asarray(squares.reshape(*squares.shape[:-1], 2, 3).sum(axis=-1))
+
+
 def _blocks(upper_left: FloatArray, upper_right: FloatArray, lower_right: FloatArray) -> FloatArray:
     batch = np.broadcast_shapes(
         upper_left.shape[:-2], upper_right.shape[:-2], lower_right.shape[:-2]

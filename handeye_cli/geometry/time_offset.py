@@ -28,6 +28,7 @@ from handeye_cli.geometry import rotations, se3, statistics, variance
 from handeye_cli.geometry.block_loop import damped_inverse, sufficient_variances
 from handeye_cli.geometry.loop import isotropic_covariance, loop_jacobians
 from handeye_cli.geometry.loop_start import close_loops
+from handeye_cli.geometry.motion_invariants import pair_angles
 from handeye_cli.geometry.trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +40,11 @@ _STRIDES = (1, 2, 4, 8)
 """How far apart in the list the images of a pair are."""
 _TRUSTED = 2.0 / 3.0
 """Part of the pairs, the best ones, that a first offset has to explain."""
-_MAX_STEPS = 30
+_ALIKE = 5.0
+"""Angles of a view that differ by more than this multiple of what is usual are of a wrong pose."""
+_FINEST = 1e-3
+"""Difference of angles, in radians, that is never that of a wrong pose."""
+_MAX_STEPS = 100
 _LONGEST_STEP = 0.05
 """Seconds by which one step may change the offset."""
 _SETTLED = 1e-3
@@ -52,7 +57,8 @@ _FAR = 60.0
 """Chi-square of six degrees of freedom that only a wrong pose has (chance 5e-11)."""
 _FLOOR = np.array([1e-7, 1e-7, 1e-6]) ** 2
 """Smallest variances considered: rad^2, m^2 and s^2."""
-_UNKNOWNS = 13
+FEWEST_VIEWS = 5
+"""Views that have equations enough for twice the thirteen unknowns."""
 _NOTHING = 1e-6
 
 
@@ -169,20 +175,55 @@ def _angles(R: FloatArray, first: NDArray[np.int64], second: NDArray[np.int64]) 
     return rotations.angle(np.swapaxes(R[..., first, :, :], -1, -2) @ R[..., second, :, :])
 
 
+def angles_apart(views: MovingViews, offset: float) -> FloatArray:
+    """Return how far robot and camera differ in the angles they turn by, at an offset.
+
+    A view is compared with all others that the path covers, and the median of them is taken: a
+    wrong pose has another angle to nearly all, a right one to those with wrong poses.
+
+    Args:
+        views: Of n images.
+        offset: Seconds added to their times.
+
+    Returns:
+        (n,) angles in radians; infinite where the path does not cover the view and another.
+    """
+    rows = np.flatnonzero(views.path.covers(views.times + offset))
+    apart = np.full(len(views.times), np.inf)
+    if len(rows) < 2:
+        return apart
+    robot = views.path.at(views.times[rows] + offset)[:, :3, :3]
+    seen = np.swapaxes(views.B[rows, :3, :3], -1, -2)
+    differences = np.abs(pair_angles(robot) - pair_angles(seen))
+    # the least of each row is that of a view with itself
+    apart[rows] = np.median(np.sort(differences, axis=1)[:, 1:], axis=1)
+    return apart
+
+
+def _alike(views: MovingViews, offset: float) -> BoolArray:
+    """Return (n,) which covered views turn as most of them do."""
+    apart = angles_apart(views, offset)
+    covered = np.isfinite(apart)
+    usual = statistics.median(apart[covered]) if covered.any() else 0.0
+    return np.asarray(covered & (apart <= _ALIKE * usual + _FINEST))
+
+
 def estimate(views: MovingViews, start: float) -> OffsetFit | None:
     """Close the loops of all views by X, Z and the offset together, at the best weights.
+
+    Views whose pose is wrong do not count, as long as most are right.
 
     Args:
         views: Of n images in motion.
         start: A first offset, within some tens of milliseconds, seconds.
 
     Returns:
-        The maximum-likelihood estimate, or None where fewer views than the unknowns need are left.
+        The maximum-likelihood estimate, or None where fewer than `FEWEST_VIEWS` are left.
     """
-    used = views.path.covers(views.times + start)
+    used = _alike(views, start)
     found = None
     for _ in range(_ROUNDS):
-        if 6 * np.count_nonzero(used) < 2 * _UNKNOWNS:
+        if np.count_nonzero(used) < FEWEST_VIEWS:
             return None
         found = _fitted(views, used, start if found is None else found.offset)
         fitting = _fitting(views, found)
@@ -284,5 +325,7 @@ def _fitting(views: MovingViews, found: OffsetFit) -> BoolArray:
     white = np.linalg.solve(S, linear.residuals[..., None])[..., 0]
     squares = np.sum(linear.residuals * white, axis=-1)
     covered = views.path.covers(views.times + found.offset)
+    if not covered.any():
+        return covered
     scale = max(statistics.median(squares[covered]) / _TYPICAL, 1.0)
     return np.asarray(covered & (squares <= _FAR * scale))

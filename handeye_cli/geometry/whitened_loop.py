@@ -40,8 +40,9 @@ def whiten(loop: LoopJacobians, covariance: FloatArray) -> WhitenedLoops:
         loop: Of N stations, without leading axes.
         covariance: (N, 12, 12) of the perturbations of A_i and B_i.
     """
-    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-    root = np.linalg.cholesky(by_poses @ covariance @ np.swapaxes(by_poses, -1, -2))
+    by_poses = loop.by_poses
+    carried = by_poses @ covariance @ np.swapaxes(by_poses, -1, -2)
+    root = np.asarray(np.linalg.cholesky(carried), dtype=np.float64)
     rows = np.concatenate([loop.residuals[..., None], loop.by_unknowns, by_poses], axis=-1)
     rows = np.linalg.solve(root, rows)
     return WhitenedLoops(root, rows[..., 0], rows[..., 1:13], rows[..., 13:])

@@ -6,12 +6,13 @@ translation error, each in units of what the paper's layout gives. A station is 
     tr W (I + W P W')^-1 W P^2, weighted
 
 W being its whitened rows and P the covariance without it, so thousands of places cost one batch.
+What errors that recorded poses share do to the answer, P g, follows P: `(P - P W' (...)^-1 W P) g`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,8 +42,10 @@ class Problem:
         rig: Robot, camera and noise.
         cell: What is allowed.
         weights: (2,) of the squared rotation and translation error.
-        recorded: (D, 12, 12) information of what was recorded already.
+        recorded: (D, p, p) information of what was recorded already, on X, Z and, where intrinsics
+            are uncertain, on these.
         free: (6,) first steps of the polish; 0 for what is not to be changed.
+        pull: (p, q) of the errors that the recorded poses share; see `prediction.covariance`.
     """
 
     rig: Rig
@@ -50,25 +53,30 @@ class Problem:
     weights: FloatArray
     recorded: FloatArray
     free: FloatArray
+    pull: FloatArray = field(default_factory=lambda: np.zeros((12, 0)))
 
     def figure(self, gathered: FloatArray) -> float:
-        """Return the figure for (D, 12, 12) information."""
-        variances = np.einsum("dii->i", covariance(gathered)[:, :6, :6]) / len(gathered)
+        """Return the figure for (D, p, p) information."""
+        variances = np.einsum("dii->i", covariance(gathered, self.pull)[:, :6, :6]) / len(gathered)
         return float(variances @ self._per_axis)
 
     def with_one_more(self, gathered: FloatArray, rows: FloatArray) -> FloatArray:
         """Return the (K,) figures with one of K stations added.
 
         Args:
-            gathered: (D, 12, 12) information of the others.
-            rows: (D, K, 6, 12) whitened rows of the stations.
+            gathered: (D, p, p) information of the others.
+            rows: (D, K, r, p) whitened rows of the stations.
         """
         P = covariance(gathered)[:, None]
         spread = rows @ P
         seen = spread[..., :6] * np.sqrt(self._per_axis)
-        inner = np.eye(6) + spread @ np.swapaxes(rows, -1, -2)
-        gain = np.einsum("dkij,dkij->k", seen, np.linalg.solve(inner, seen)) / len(rows)
-        return np.asarray(self.figure(gathered) - gain)
+        inner = np.eye(rows.shape[-2]) + spread @ np.swapaxes(rows, -1, -2)
+        both = np.linalg.solve(inner, np.concatenate([seen, spread @ self.pull], axis=-1))
+        gain = np.einsum("dkij,dkij->k", seen, both[..., :6])
+        before = np.sqrt(self._per_axis)[:, None] * (P @ self.pull)[..., :6, :]
+        after = before - np.swapaxes(seen, -1, -2) @ both[..., 6:]
+        gain += np.einsum("dkij->k", before**2) - np.einsum("dkij->k", after**2)
+        return np.asarray(self.figure(gathered) - gain / len(rows))
 
     @property
     def _per_axis(self) -> FloatArray:
@@ -100,7 +108,7 @@ def design(problem: Problem, count: int, grid: FloatArray, start: FloatArray | N
 
 @dataclass(frozen=True)
 class _Choice:
-    """K places that are allowed by themselves, with their (D, K, 6, 12) whitened rows."""
+    """K places that are allowed by themselves, with their (D, K, r, p) whitened rows."""
 
     places: Places
     rows: FloatArray
@@ -122,7 +130,8 @@ def _choice(problem: Problem, grid: FloatArray) -> _Choice:
 
 def _gathered(problem: Problem, at: FloatArray) -> FloatArray:
     rows = problem.rig.rows(problem.cell.cameras_of(at))
-    return np.asarray(problem.recorded + _PRIOR + information(rows))
+    others = problem.recorded.shape[-1] - len(_PRIOR)
+    return np.asarray(problem.recorded + np.pad(_PRIOR, (0, others)) + information(rows))
 
 
 def _greedy(problem: Problem, count: int, choice: _Choice, grid: FloatArray) -> FloatArray:

@@ -24,8 +24,8 @@ PAPERS_NOISE = Noise(
     camera_translation=3.0 * MIL,
 )
 """The levels of the paper's simulations, section IV-A2."""
-_ROBOT = ("robot_rotation", "robot_translation")
-_CAMERA = ("camera_rotation", "camera_translation")
+ROBOT_LEVELS = ("robot_rotation", "robot_translation")
+CAMERA_LEVELS = ("camera_rotation", "camera_translation")
 _FLOOR = 1e-9
 """Smallest level considered, radians and metres."""
 
@@ -55,7 +55,7 @@ def suppose(frames: Frames, options: PlanOptions) -> Supposed:
     Raises:
         UsageError: The noise of the pixels is stated, but not what the camera sees.
     """
-    robot, robot_from = _levels(options, _ROBOT)
+    robot, robot_from = _levels(options, ROBOT_LEVELS)
     camera, camera_from = _camera_levels(options)
     noise = replace(camera, robot_rotation=robot[0], robot_translation=robot[1])
     X, Z, lever = _versions(frames, options.lever)
@@ -93,13 +93,20 @@ def _levels(options: PlanOptions, names: tuple[str, str]) -> tuple[list[float], 
     What a calibration does not know of the camera, it has put down to the robot: that is 0.
     """
     known, source = options.known, "calibration"
-    if known is None or all(getattr(known, name) is None for name in (*_ROBOT, *_CAMERA)):
+    if known is None or all(
+        getattr(known, name) is None for name in (*ROBOT_LEVELS, *CAMERA_LEVELS)
+    ):
         known, source = PAPERS_NOISE, "paper"
     stated = [getattr(options.given, name) for name in names]
-    if None not in stated:
-        source = "given"
     rest = [getattr(known, name) or 0.0 for name in names]
-    return [b if a is None else a for a, b in zip(stated, rest, strict=True)], source
+    levels = [b if a is None else a for a, b in zip(stated, rest, strict=True)]
+    return levels, source_of(options.given, names, source)
+
+
+def source_of(given: Noise, names: tuple[str, str], otherwise: str) -> str:
+    """Return what to call the source of two levels: `given` where both of them are stated."""
+    stated = [getattr(given, name) for name in names]
+    return otherwise if None in stated else "given"
 
 
 def _camera_levels(options: PlanOptions) -> tuple[Noise, str]:
@@ -114,7 +121,7 @@ def _camera_levels(options: PlanOptions) -> tuple[Noise, str]:
         pixel = given.pixel if known is None or given.pixel is not None else known.pixel
         if pixel is not None:
             return Noise(pixel=pixel), "pixels"
-    levels, source = _levels(options, _CAMERA)
+    levels, source = _levels(options, CAMERA_LEVELS)
     return Noise(camera_rotation=levels[0], camera_translation=levels[1]), source
 
 

@@ -10,24 +10,21 @@ from itertools import pairwise
 import numpy as np
 
 from handeye_cli import what_if
-from handeye_cli.chain import Chain, chain_of
 from handeye_cli.conventions import Setup
-from handeye_cli.geometry import rotations, se3, statistics
-from handeye_cli.geometry.loop import isotropic_covariance
+from handeye_cli.geometry import rotations, se3
 from handeye_cli.planning import prediction, views
 from handeye_cli.planning.cell import Frames
 from handeye_cli.planning.design import Problem, design
-from handeye_cli.planning.levels import camera_covariance
+from handeye_cli.planning.lasting import findings_of
+from handeye_cli.planning.levels import CAMERA_LEVELS, ROBOT_LEVELS, source_of
 from handeye_cli.planning.limits import MAX_TILT, cell_of
 from handeye_cli.planning.options import PlanOptions
 from handeye_cli.planning.prediction import Rig
-from handeye_cli.records import Calibration, FloatArray, Noise, PredictedError, Stations
+from handeye_cli.planning.recorded import Recorded, solved
+from handeye_cli.planning.uncertain_sight import UncertainSight
+from handeye_cli.records import Finding, FloatArray, Noise, PredictedError, Stations
 from handeye_cli.records.planning import Gain, PlanBasis
-from handeye_cli.sight import Sight, sight_of
-from handeye_cli.solve import solve
-from handeye_cli.solvers import Solution
-
-_FLOOR = 1e-9
+from handeye_cli.sight import Sight
 
 
 @dataclass(frozen=True)
@@ -41,6 +38,7 @@ class Additions:
         gains: What each of the new ones adds, in their order.
         noise: The levels this rests on.
         basis: Where they come from.
+        findings: What there is to say of the recording, and of what new stations do not change.
     """
 
     cameras: FloatArray
@@ -49,25 +47,7 @@ class Additions:
     gains: tuple[Gain, ...]
     noise: Noise
     basis: PlanBasis
-
-
-@dataclass(frozen=True)
-class _Recorded:
-    """A recording that was solved.
-
-    Attributes:
-        chain: Its stations.
-        rig: The answer and the noise, as for stations to come.
-        information: (1, 12, 12) of its stations.
-        centre: (3,) point of the target they look at.
-        seen: What they see of it, or None where that is unknown.
-    """
-
-    chain: Chain
-    rig: Rig
-    information: FloatArray
-    centre: FloatArray
-    seen: Sight | None
+    findings: tuple[Finding, ...]
 
 
 def next_best(
@@ -78,6 +58,10 @@ def next_best(
     New places look at the target from as near and as far as the recorded ones and are tilted by no
     more, unless limits of depth and tilt say otherwise. The answer is taken from the recording; the
     robot's noise is that of its calibration, the camera's that of its pixels where they are known.
+    What is there is predicted as solving it does. New stations look through the same intrinsics,
+    whose error stays but for what their own pixels say of it. At new places the robot stands still:
+    an error that recorded poses share, as that of a time offset, is not theirs, and moves the
+    answer the less the more of them there are. What is no noise at all is taken to stay.
 
     Args:
         stations: What was recorded.
@@ -89,9 +73,7 @@ def next_best(
         UndeterminedError: The recording does not determine the answer, or no place is allowed.
         UsageError: A limit needs what is not known.
     """
-    calibration = solve(stations, method=method)
-    noise = _noise(calibration.noise, options.given)
-    recorded = _recorded(stations, calibration, noise)
+    recorded = solved(stations, options.given, method=method)
     problem, grid = _problem(recorded, options)
     chosen = design(problem, len(names), grid, None)
     chosen = _best_first(problem, chosen)
@@ -102,77 +84,37 @@ def next_best(
     grippers = problem.cell.frames.grippers(cameras)
     if grippers is None:
         raise ValueError("a calibration gives the gripper's poses")
-    source = "pixels" if isinstance(recorded.rig.camera_covariance, Sight) else "recording"
+    error = prediction.error_of(steps[-1], pull=recorded.pull, lasting=recorded.lasting)
     return Additions(
         cameras,
         grippers,
-        prediction.error_of(steps[-1]),
-        _gains(names, steps),
-        noise,
-        PlanBasis("recording", source, "recording"),
+        error,
+        _gains(names, steps, recorded),
+        recorded.noise,
+        _basis(recorded.rig, options.given),
+        findings_of(recorded, error, len(names)),
     )
 
 
-def _noise(found: Noise, given: Noise) -> Noise:
-    levels = {name: value for name, value in vars(given).items() if value is not None}
-    return replace(found, **levels)
+def _basis(rig: Rig, given: Noise) -> PlanBasis:
+    pixels = isinstance(rig.camera_covariance, Sight | UncertainSight)
+    camera = "pixels" if pixels else source_of(given, CAMERA_LEVELS, "recording")
+    return PlanBasis(source_of(given, ROBOT_LEVELS, "recording"), camera, "recording")
 
 
-def _gains(names: Sequence[str], steps: Sequence[FloatArray]) -> tuple[Gain, ...]:
-    errors = [np.sqrt(prediction.mean_squares(each)).tolist() for each in steps]
+def _gains(
+    names: Sequence[str], steps: Sequence[FloatArray], recorded: Recorded
+) -> tuple[Gain, ...]:
+    lasting = se3.by_kind(np.diag(recorded.lasting))[::-1]
+    squares = [prediction.mean_squares(each, recorded.pull) + lasting for each in steps]
+    errors = [np.sqrt(each).tolist() for each in squares]
     return tuple(
         Gain(name, *before, *after)
         for name, (before, after) in zip(names, pairwise(errors), strict=True)
     )
 
 
-def _recorded(stations: Stations, calibration: Calibration, noise: Noise) -> _Recorded:
-    used = {each.name for each in calibration.stations if each.used}
-    kept = tuple(each for each in stations.stations if each.name in used)
-    stations = replace(stations, stations=kept)
-    chain = chain_of(stations)
-    sight = sight_of(stations, chain)
-    X, Z = calibration.mount_T_camera.matrix, calibration.reference_T_target.matrix
-    robot = isotropic_covariance(
-        max(noise.robot_rotation or 0.0, _FLOOR), max(noise.robot_translation or 0.0, _FLOOR)
-    )
-    by_robot = chain.by_robot @ robot @ np.swapaxes(chain.by_robot, -1, -2)
-    rows = prediction.whitened(
-        chain.A,
-        chain.B,
-        Solution(X, Z),
-        robot=by_robot,
-        camera=_camera_covariances(stations, chain, noise),
-    )
-    return _Recorded(
-        chain,
-        Rig(stations.setup, X[None], Z[None], robot, _of_new_ones(stations, sight, noise)),
-        prediction.information(rows)[None],
-        np.zeros(3) if sight is None else sight.centre,
-        sight,
-    )
-
-
-def _camera_covariances(stations: Stations, chain: Chain, noise: Noise) -> FloatArray:
-    given = stations.noise or Noise()
-    stated = given.camera_rotation is not None or given.camera_translation is not None
-    if chain.has_covariance and not stated:
-        return chain.camera_covariance
-    flat = camera_covariance(replace(noise, pixel=None), None, None)
-    return np.broadcast_to(np.asarray(flat), (len(chain.A), 6, 6))
-
-
-def _of_new_ones(stations: Stations, sight: Sight | None, noise: Noise) -> FloatArray | Sight:
-    given = stations.noise or Noise()
-    stated = given.camera_rotation is not None or given.camera_translation is not None
-    if sight is None or stated:
-        return camera_covariance(replace(noise, pixel=None), None, None)
-    sigma = noise.pixel if noise.pixel is not None else statistics.median(sight.sigma)
-    everything = np.ones((1, len(sight.points)), dtype=bool)
-    return Sight(sight.points, everything, sight.camera, np.array([sigma]))
-
-
-def _problem(recorded: _Recorded, options: PlanOptions) -> tuple[Problem, FloatArray]:
+def _problem(recorded: Recorded, options: PlanOptions) -> tuple[Problem, FloatArray]:
     """Return what the design minimises, and the (K, 6) places to choose from."""
     limits, B = options.limits, recorded.chain.B
     setup = recorded.rig.setup
@@ -197,8 +139,8 @@ def _problem(recorded: _Recorded, options: PlanOptions) -> tuple[Problem, FloatA
     roll = math.pi if limits.max_roll is None else limits.max_roll
     aside = 0.0 if seen is None else 0.1
     free = np.array([0.2, 0.2, min(0.5, roll), 0.25 * (far - near), aside, aside])
-    weights = 1.0 / prediction.mean_squares(recorded.information)
-    problem = Problem(recorded.rig, cell, weights, recorded.information, free)
+    weights = 1.0 / prediction.mean_squares(recorded.information, recorded.pull)
+    problem = Problem(recorded.rig, cell, weights, recorded.information, free, recorded.pull)
     return problem, views.grid(tilt, roll, near, far)
 
 

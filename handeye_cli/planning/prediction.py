@@ -14,8 +14,10 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.conventions import Setup
-from handeye_cli.geometry import se3, statistics
+from handeye_cli.geometry import error_radius, se3
 from handeye_cli.geometry.loop import loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_inverse
+from handeye_cli.planning.uncertain_sight import UncertainSight
 from handeye_cli.predict import paper_prediction
 from handeye_cli.records import FloatArray, IntArray, PaperPrediction, PredictedError
 from handeye_cli.sight import Sight
@@ -38,14 +40,14 @@ class Rig:
         Z: (D, 4, 4) reference_T_target.
         robot_covariance: (6, 6) of the perturbation of base_T_gripper at every station.
         camera_covariance: (6, 6) of that of camera_T_target, or what the camera sees, from which
-            it follows at each station.
+            it follows at each station; through uncertain intrinsics with m errors of their own.
     """
 
     setup: Setup
     X: FloatArray
     Z: FloatArray
     robot_covariance: FloatArray
-    camera_covariance: FloatArray | Sight
+    camera_covariance: FloatArray | Sight | UncertainSight
 
     def robot_chain(self, cameras: FloatArray) -> FloatArray:
         """Return the (D, K, 4, 4) reference_T_mount of (K, 4, 4) poses target_T_camera."""
@@ -58,23 +60,42 @@ class Rig:
             cameras: (K, 4, 4) target_T_camera.
         """
         A = self.robot_chain(cameras)
-        robot = np.broadcast_to(self.robot_covariance, (*A.shape[:2], 6, 6))
-        if self.setup is Setup.EYE_TO_HAND:
-            by_robot = se3.inverse_jacobian(se3.inverse(A))
-            robot = by_robot @ robot @ np.swapaxes(by_robot, -1, -2)
-        if isinstance(self.camera_covariance, Sight):
+        robot = self._of_mount(A)
+        if isinstance(self.camera_covariance, Sight | UncertainSight):
             return robot, self.camera_covariance.covariance(se3.inverse(cameras))
         return robot, np.broadcast_to(self.camera_covariance, (len(cameras), 6, 6))
 
+    def _of_mount(self, A: FloatArray) -> FloatArray:
+        robot = np.broadcast_to(self.robot_covariance, (*A.shape[:2], 6, 6))
+        if self.setup is Setup.EYE_IN_HAND:
+            return robot
+        by_robot = se3.inverse_jacobian(se3.inverse(A))
+        return np.asarray(by_robot @ robot @ np.swapaxes(by_robot, -1, -2))
+
     def rows(self, cameras: FloatArray) -> FloatArray:
-        """Return (D, K, 6, 12) whitened derivatives W of the loops; a station tells `W' W`.
+        """Return whitened derivatives W of the loops; a station tells `W' W`.
 
         Args:
             cameras: (K, 4, 4) target_T_camera.
+
+        Returns:
+            (D, K, 6 + m, 12 + m) by X, Z and the m errors of the intrinsics; the last m rows are
+            what the pixels say of these beyond the station's pose.
         """
-        robot, camera = self.covariances(cameras)
         A, B = self.robot_chain(cameras), se3.inverse(cameras)
         at = Solution(self.X, self.Z)
+        if isinstance(self.camera_covariance, UncertainSight):
+            view = self.camera_covariance.view(B)
+            return whitened(
+                A,
+                np.broadcast_to(B, A.shape),
+                at,
+                robot=self._of_mount(A),
+                camera=view.covariance,
+                by_intrinsics=view.by_shared,
+                of_intrinsics=view.information,
+            )
+        robot, camera = self.covariances(cameras)
         return whitened(A, np.broadcast_to(B, A.shape), at, robot=robot, camera=camera)
 
 
@@ -87,9 +108,16 @@ def directions() -> FloatArray:
 
 
 def whitened(
-    A: FloatArray, B: FloatArray, at: Solution, *, robot: FloatArray, camera: FloatArray
+    A: FloatArray,
+    B: FloatArray,
+    at: Solution,
+    *,
+    robot: FloatArray,
+    camera: FloatArray,
+    by_intrinsics: FloatArray | None = None,
+    of_intrinsics: FloatArray | None = None,
 ) -> FloatArray:
-    """Return the derivatives of stations' loops by X and Z in units of their residuals' noise.
+    """Return the derivatives of stations' loops by all unknowns in units of their residuals' noise.
 
     Args:
         A: (..., N, 4, 4) reference_T_mount.
@@ -97,43 +125,66 @@ def whitened(
         at: Where to linearise; its leading axes are those of A and B without the stations.
         robot: (..., N, 6, 6) covariances of the A's perturbations.
         camera: (..., N, 6, 6) covariances of the B's perturbations.
+        by_intrinsics: (N, 6, m) how the B move with m errors of uncertain intrinsics.
+        of_intrinsics: (N, m, m) information of the views on these, their poses eliminated.
 
     Returns:
-        (..., N, 6, 12).
+        (..., N, 6, 12); with uncertain intrinsics (..., N, 6 + m, 12 + m).
     """
     loop = loop_jacobians(A, B, at.X, at.Z)
     by_robot, by_camera = loop.by_robot, loop.by_camera
     noise = by_robot @ robot @ np.swapaxes(by_robot, -1, -2)
     noise = noise + by_camera @ camera @ np.swapaxes(by_camera, -1, -2)
-    return np.asarray(np.linalg.solve(np.linalg.cholesky(noise), loop.by_unknowns))
+    design = loop.by_unknowns
+    if by_intrinsics is not None:
+        design = np.concatenate([design, by_camera @ by_intrinsics], axis=-1)
+    rows = np.asarray(np.linalg.solve(np.linalg.cholesky(noise), design))
+    return rows if of_intrinsics is None else _with_roots(rows, of_intrinsics)
+
+
+def _with_roots(rows: FloatArray, of_intrinsics: FloatArray) -> FloatArray:
+    """Return rows with m more, a root of the (N, m, m) information on the last m unknowns."""
+    values, vectors = np.linalg.eigh(of_intrinsics)
+    root = np.sqrt(np.maximum(values, 0.0))[..., None] * np.swapaxes(vectors, -1, -2)
+    root = np.pad(root, ((0, 0), (0, 0), (12, 0)))
+    more = np.broadcast_to(root, (*rows.shape[:-2], *root.shape[-2:]))
+    return np.concatenate([rows, more], axis=-2)
 
 
 def information(rows: FloatArray) -> FloatArray:
-    """Return the (..., 12, 12) information of all (..., N, 6, 12) rows together."""
+    """Return the (..., p, p) information of all (..., N, r, p) rows together."""
     stacked = rows.reshape(*rows.shape[:-3], -1, rows.shape[-1])
     return np.asarray(np.swapaxes(stacked, -1, -2) @ stacked)
 
 
-def covariance(gathered: FloatArray) -> FloatArray:
-    """Return the (..., 12, 12) covariance of X and Z, finite even before there is enough.
+def covariance(gathered: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+    """Return the (..., p, p) covariance of X, Z and what else is unknown.
+
+    It is finite even before there is enough.
+
+    An answer that is not told of errors which poses share, U, is moved by them like by any other:
+    by `P g`, P being the covariance without them and g their pull `sum J_i' S_i^-1 U_i`.
 
     Args:
-        gathered: (..., 12, 12) information.
+        gathered: (..., p, p) information.
+        pull: (p, q) g of q shared errors of unit variance; none when not given.
     """
-    total = gathered + _UNKNOWN * np.eye(gathered.shape[-1])
-    scale = 1.0 / np.sqrt(np.einsum("...ii->...i", total))
-    inverse = np.linalg.inv(scale[..., :, None] * total * scale[..., None, :])
-    return np.asarray(scale[..., :, None] * inverse * scale[..., None, :])
+    alone = scaled_inverse(gathered + _UNKNOWN * np.eye(gathered.shape[-1]))
+    if pull is None:
+        return alone
+    moved = alone @ pull
+    return np.asarray(alone + moved @ np.swapaxes(moved, -1, -2))
 
 
-def mean_squares(gathered: FloatArray) -> FloatArray:
+def mean_squares(gathered: FloatArray, pull: FloatArray | None = None) -> FloatArray:
     """Return the (2,) expected squares of the answer's rotation and translation error.
 
     Args:
-        gathered: (D, 12, 12) information; the squares are averaged over D.
+        gathered: (D, p, p) information; the squares are averaged over D.
+        pull: (p, q) of shared errors; see `covariance`.
     """
-    variances = np.einsum("dii->di", covariance(gathered))[:, :6].mean(axis=0)
-    return np.array([variances[3:].sum(), variances[:3].sum()])
+    variances = np.einsum("dii->di", covariance(gathered, pull)).mean(axis=0)
+    return se3.by_kind(variances[:6])[::-1]
 
 
 def predicted_error(rig: Rig, cameras: FloatArray, pairs: IntArray) -> PredictedError:
@@ -148,11 +199,24 @@ def predicted_error(rig: Rig, cameras: FloatArray, pairs: IntArray) -> Predicted
     return error_of(gathered, papers_error(rig, cameras, pairs))
 
 
-def error_of(gathered: FloatArray, paper: PaperPrediction | None = None) -> PredictedError:
-    """Return RMS and 95 % radius of the answer's error for (D, 12, 12) information."""
-    mean = covariance(gathered)[:, :6, :6].mean(axis=0)
-    wide = [statistics.radius(mean[part, part], _PROBABILITY) for part in (slice(3, 6), slice(3))]
-    rotation, translation = np.sqrt(mean_squares(gathered)).tolist()
+def error_of(
+    gathered: FloatArray,
+    paper: PaperPrediction | None = None,
+    pull: FloatArray | None = None,
+    lasting: FloatArray | None = None,
+) -> PredictedError:
+    """Return RMS and 95 % radius of the answer's error.
+
+    Args:
+        gathered: (D, p, p) information.
+        paper: What the paper's formulas predict, to stand beside it.
+        pull: (p, q) of shared errors; see `covariance`.
+        lasting: (6, 6) mean squares of X that are no matter of the information.
+    """
+    mean = covariance(gathered, pull)[:, :6, :6].mean(axis=0)
+    mean = mean if lasting is None else mean + lasting
+    wide = [error_radius.radius(mean[part, part], _PROBABILITY) for part in (slice(3, 6), slice(3))]
+    rotation, translation = np.sqrt(se3.by_kind(np.diag(mean))[::-1]).tolist()
     return PredictedError(rotation, translation, wide[0], wide[1], paper)
 
 

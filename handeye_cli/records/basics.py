@@ -118,13 +118,17 @@ class ProvenanceStep:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
+GRAVITY = ("error", "warning", "info")
+"""The severities of findings, the gravest first."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """Something the user should know about the data.
 
     Attributes:
         code: Stable short name in kebab-case.
-        severity: `info`, `warning` or `error`.
+        severity: One of `GRAVITY`.
         message: What was seen, with numbers.
         advice: The next step.
     """

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from handeye_cli.conventions import Setup
 from handeye_cli.records.basics import FloatArray, Noise, UncertainPose
-from handeye_cli.records.free import FreeDirection, PosePart
+from handeye_cli.records.free import FreeDirection
 from handeye_cli.records.results import PredictedError
 
 
@@ -41,13 +41,3 @@ class PartialAnswer:
     noise_estimated: bool
     noise_freedom: float | None
     residuals: FloatArray
-
-    @property
-    def rotation_determined(self) -> bool:
-        """Whether the whole rotation of `mount_T_camera` is determined."""
-        return all(each.part is not PosePart.ROTATION for each in self.free)
-
-    @property
-    def translation_determined(self) -> bool:
-        """Whether the whole translation of `mount_T_camera` is determined."""
-        return all(each.part is not PosePart.TRANSLATION for each in self.free)

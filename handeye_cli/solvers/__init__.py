@@ -11,9 +11,13 @@ from typing import Protocol, cast
 from handeye_cli.errors import UsageError, did_you_mean
 from handeye_cli.solvers.problem import FloatArray, Problem, Solution
 
+MAXIMUM_LIKELIHOOD = "maximum-likelihood"
+"""The method that weighs with the stations' noise, and goes back to pixels where there are any."""
+DEFAULT = MAXIMUM_LIKELIHOOD
+
 _TABLE = {
     "tsai-lenz": "handeye_cli.solvers.tsai_lenz",
-    "maximum-likelihood": "handeye_cli.solvers.maximum_likelihood",
+    MAXIMUM_LIKELIHOOD: "handeye_cli.solvers.maximum_likelihood",
     "park-martin": "handeye_cli.solvers.park_martin",
     "horaud-dornaika": "handeye_cli.solvers.horaud_dornaika",
     "daniilidis": "handeye_cli.solvers.daniilidis",
@@ -21,8 +25,6 @@ _TABLE = {
     "shah": "handeye_cli.solvers.shah",
     "li": "handeye_cli.solvers.li",
 }
-
-DEFAULT = "maximum-likelihood"
 
 
 class Solver(Protocol):
@@ -58,4 +60,4 @@ def load(name: str) -> Solver:
     return cast(Solver, import_module(_TABLE[name]))
 
 
-__all__ = ["DEFAULT", "Problem", "Solution", "Solver", "load", "names"]
+__all__ = ["DEFAULT", "MAXIMUM_LIKELIHOOD", "Problem", "Solution", "Solver", "load", "names"]

@@ -11,6 +11,7 @@ import numpy as np
 
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.loop import LoopJacobians, loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_inverse
 from handeye_cli.solvers import tsai_lenz
 from handeye_cli.solvers.problem import FloatArray, Problem, Solution
 
@@ -52,7 +53,7 @@ def _normal_equations(problem: Problem, loop: LoopJacobians) -> tuple[FloatArray
 
 def loop_covariance(problem: Problem, loop: LoopJacobians) -> FloatArray:
     """Return the (..., N, 6, 6) covariances S_i of the loop's residuals."""
-    by_poses = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
+    by_poses = loop.by_poses
     return np.asarray(by_poses @ problem.covariance @ np.swapaxes(by_poses, -1, -2))
 
 
@@ -75,7 +76,4 @@ def influence(problem: Problem, solution: Solution) -> FloatArray:
     """
     loop = loop_jacobians(problem.A, problem.B, solution.X, solution.Z)
     information, weighted = _normal_equations(problem, loop)
-    inputs = np.concatenate([loop.by_robot, loop.by_camera], axis=-1)
-    scale = 1.0 / np.sqrt(np.diag(information))
-    inverse = np.linalg.inv(scale[:, None] * information * scale) * scale[:, None] * scale
-    return np.asarray(-inverse @ weighted @ inputs)
+    return np.asarray(-scaled_inverse(information) @ weighted @ loop.by_poses)

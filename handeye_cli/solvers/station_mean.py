@@ -30,5 +30,5 @@ def mean_influence(A: FloatArray, B: FloatArray, X: FloatArray, answer: FloatArr
         answer: (N, 6, 12) how X itself moves with them.
     """
     loop = loop_jacobians(A, B, X, mean_target(A, B, X))
-    own = np.concatenate([loop.by_robot, loop.by_camera], axis=-1) / len(A)
+    own = loop.by_poses / len(A)
     return np.asarray(own + np.mean(loop.by_unknowns[..., :6], axis=0) @ answer)

@@ -6,6 +6,7 @@ import io
 
 import numpy as np
 import pytest
+from diagnosis.mistakes import driven_circle, inverted, recording, robot_wxyz
 from pictures import shoot
 
 from handeye_cli import documents
@@ -40,3 +41,16 @@ def test_the_order_is_named_where_pixels_stand_behind_the_poses(setup):
 def test_the_right_order_is_not_blamed(setup):
     document = read_as(QuaternionOrder.XYZW, setup)
     assert not judge_conventions(document, chain_of(document)).contradiction
+
+
+@pytest.mark.parametrize("turned_round", [False, True])
+def test_robot_quaternions_in_another_order_and_direction_are_both_told(turned_round):
+    rng = np.random.default_rng(11)
+    document = recording(rng, driven_circle(rng, 10))
+    document = robot_wxyz(inverted(document) if turned_round else document)
+    (error,) = judge_conventions(document, chain_of(document)).findings
+    advice = "write all quaternions of a document in one order"
+    if turned_round:
+        assert error.code == "quaternion-order-and-direction"
+        advice += ", and say --robot-poses base-in-gripper"
+    assert error.advice == advice

@@ -15,7 +15,7 @@ from handeye_cli.diagnosis.plate_shape import plate_shape
 from handeye_cli.errors import InputError
 from handeye_cli.extrinsics import extrinsics
 from handeye_cli.geometry import se3
-from handeye_cli.records import Observation
+from handeye_cli.records import Camera, Observation
 
 HEIGHT = 1e-3
 PLAIN_LENS = replace(WIDE, distortion=(-0.2, 0.06, 0.0, 0.0, 0.0))
@@ -23,6 +23,12 @@ PLAIN_LENS = replace(WIDE, distortion=(-0.2, 0.06, 0.0, 0.0, 0.0))
 
 def codes(shape):
     return {finding.code for finding in shape.findings}
+
+
+def waved(row):
+    pixels = row.observation.pixels
+    bent_pixels = pixels + 0.3 * np.sin(pixels[:, ::-1] / 150.0)
+    return replace(row, observation=replace(row.observation, pixels=bent_pixels))
 
 
 def shapes(seed, plate=POINTS, *, camera=WIDE, calibrate=False, runs=8, **how):
@@ -75,6 +81,45 @@ def test_pitches_that_are_not_as_declared(calibrate):
     ]
     # Sixteen squares.
     assert 0.3 < np.sqrt(np.mean(np.square(off))) < 1.8
+
+
+@pytest.mark.parametrize(
+    ("strain", "told", "advised", "silent"),
+    [
+        ({"aspect": 3e-3}, "columns +0.3", "measure the pitch", "corners"),
+        ({"shear": -2e-3}, "corners -2.", "measure both diagonals", "columns"),
+    ],
+)
+def test_only_a_strain_that_is_seen_is_told(strain, told, advised, silent):
+    (shape,) = shapes(15, bent(**strain), runs=1)
+    (finding,) = shape.findings
+    assert told in finding.message
+    assert finding.advice.startswith(advised)
+    assert silent not in finding.message
+
+
+@pytest.mark.parametrize(
+    ("model", "calibrate", "advised"),
+    [
+        ("plumb_bob", False, "solve with --calibrate-intrinsics"),
+        ("plumb_bob", True, "the lens model plumb_bob is too simple for this lens"),
+        ("rational_polynomial", False, "no lens model has more coefficients than rational"),
+        ("rational_polynomial", True, "no lens model has more coefficients than rational"),
+    ],
+)
+def test_the_advice_on_a_lens_is_never_what_has_been_done(model, calibrate, advised):
+    """The pixels are bent by a wave over the image, which no model follows."""
+    shot = photographed(np.random.default_rng(16))
+    rows = [waved(row) for row in shot.features.stations]
+    shot = replace(shot, features=replace(shot.features, stations=tuple(rows)))
+    document = stations_of(shot, calibrate=calibrate)
+    missing = (0.0, 0.0, 0.0) if model == "rational_polynomial" else ()
+    lens = (*document.camera.distortion, *missing)
+    camera = replace(document.camera, model=model, distortion=lens, covariance=None)
+    shape = plate_shape(replace(document, camera=camera))
+    (finding,) = shape.findings
+    assert finding.code == "residuals-over-image"
+    assert finding.advice.startswith(advised)
 
 
 def test_a_wrong_lens_is_not_put_down_to_the_plate():
@@ -179,3 +224,19 @@ def test_the_cardboard_plate_is_bowed(calibrate):
     assert {"plate-bowed", "residuals-over-image"} <= codes(shape)
     assert shape.seen.bow == pytest.approx(1.2e-3, abs=0.2e-3)
     assert shape.seen.bow_sigma < 0.2e-3
+
+
+@real_recordings.ONE_PROCESS
+def test_lens_and_cardboard_that_explain_as_much_are_not_told_apart():
+    """The richest lens model there is, as OpenCV calibrates it from the same images."""
+    camera = Camera(
+        *(640, 480, 542.659, 543.860, 320.0, 226.5),
+        (-4.13878, 17.397, 9.6889e-3, -2.67685e-3, -22.4480, -4.16853, 17.4192, -22.5797),
+        "rational_polynomial",
+    )
+    shape = plate_shape(extrinsics(replace(real_recordings.features("rct-10x10"), camera=camera)))
+    finding = next(each for each in shape.findings if each.code == "plate-or-lens")
+    assert "residuals-over-image" not in codes(shape)
+    assert shape.by_image.any()
+    assert f"distortion of the lens {100 * shape.seen.image_share:.0f} %" in finding.message
+    assert "calibrate the camera with another target" in finding.advice

@@ -190,6 +190,18 @@ def test_few_stations_are_not_judged():
     assert all(each.found.widening == 1.0 for each in runs)
 
 
+def test_given_noise_is_not_judged_where_everything_is_fitted():
+    """Three stations and six shared errors leave no residual to judge by."""
+    rng = np.random.default_rng(13)
+    document = stations(rng, general_scene(rng, 3), NOISE, given=True)
+    chain = chain_of(document)
+    found = best_estimate(chain, choose_pairs("star", 3), document, "maximum-likelihood")
+    beside = replace(chain, by_intrinsics=1e-3 * rng.normal(size=(3, 6, 6)))
+    verdict = systematic_errors(found, beside, document.noise, Setup.EYE_IN_HAND)
+    assert verdict.findings == ()
+    assert verdict.widening == 1.0
+
+
 def test_a_circle_does_not_show_a_scale():
     """There is no motion along an axis: the answer takes all of it up."""
     assert codes(trials(8, 12, 16, scaled, layout=scene))["robot-systematic"] <= 1

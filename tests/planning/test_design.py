@@ -1,5 +1,7 @@
 """Chosen stations: what they are chosen by, their limits, and what they gain in simulation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planning.rigs import AIM, CAMERA, DISTANCE, NOISE, PLATE, TILT, X, Z, cell, circle, rig
@@ -37,6 +39,23 @@ def test_one_more_station_is_worth_what_the_whole_covariance_says():
         alone = prediction.information(rows[:, k : k + 1])
         squares = prediction.mean_squares(gathered + alone)
         assert value == pytest.approx(float(squares @ task.weights), rel=1e-6)
+
+
+def test_one_more_station_also_changes_what_shared_errors_do():
+    task = problem()
+    rows = task.rig.rows(views.cameras_of(GRID[::9], AIM))
+    gathered = prediction.information(task.rig.rows(views.cameras_of(circle(4), AIM)))
+    root = np.linalg.cholesky(gathered[0])
+    pull = 3.0 * root @ np.random.default_rng(5).normal(size=(12, 2))
+    task = replace(task, pull=pull)
+    found = task.with_one_more(gathered, rows)
+    assert task.figure(gathered) > 2.0 * problem().figure(gathered)
+    for k, value in enumerate(found):
+        both = gathered[0] + prediction.information(rows[:, k : k + 1])[0]
+        P = np.linalg.inv(both)
+        variances = np.diag(P + P @ pull @ pull.T @ P)
+        squares = np.array([variances[3:6].sum(), variances[:3].sum()])
+        assert value == pytest.approx(float(squares @ task.weights), rel=1e-5)
 
 
 def test_a_design_is_allowed_and_beats_the_circle():

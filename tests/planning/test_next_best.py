@@ -1,10 +1,13 @@
 """Stations to add to a recording: what they are worth, and whether they keep that promise."""
 
+from dataclasses import replace
 from itertools import pairwise
+from statistics import NormalDist
 
 import numpy as np
 import pytest
 import scenes
+from moving_scenes import Run, X, Z
 from planning.rigs import CAMERA, NOISE, PLATE
 
 from handeye_cli.conventions import Setup
@@ -13,8 +16,21 @@ from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
 from handeye_cli.plan import plan_more
 from handeye_cli.planning.options import Limits, PlanOptions
-from handeye_cli.records import Noise, Observation, Station, Stations, TargetSpec, UncertainPose
+from handeye_cli.records import (
+    Finding,
+    Noise,
+    Observation,
+    Station,
+    Stations,
+    TargetSpec,
+    UncertainPose,
+)
 from handeye_cli.solve import solve
+
+SIGMA = 2e-3
+"""Standard deviation of the time that recorded poses are off by, seconds."""
+MOTION_NOISE = 0.05
+"""Of the poses in motion, as a part of the usual."""
 
 
 def recorded(setup=Setup.EYE_IN_HAND, count=5, seed=10, **more):
@@ -133,6 +149,109 @@ def test_stated_levels_win():
     assert planned.gains[0].rotation < plan_more(recorded(), 1).gains[0].rotation
 
 
+@pytest.mark.parametrize("from_document", [True, False])
+def test_a_stated_level_of_the_camera_wins_over_its_covariances(from_document):
+    """As solving the same poses with covariances of that level would have it."""
+    level = 10.0 * NOISE.camera_translation
+    stated = Noise(camera_translation=level)
+    stations = recorded(given=True)
+    robot = Noise(NOISE.robot_rotation, NOISE.robot_translation)
+    quiet = replace(stations, noise=robot)
+    if from_document:
+        planned = plan_more(replace(quiet, noise=replace(robot, camera_translation=level)), 1)
+    else:
+        planned = plan_more(quiet, 1, options=PlanOptions(given=stated))
+    loud = np.diag(np.repeat([level**2 / 3.0, NOISE.camera_rotation**2 / 3.0], 3))
+    rows = (
+        replace(each, camera_T_target=replace(each.camera_T_target, covariance=loud))
+        for each in stations.stations
+    )
+    expected = plan_more(replace(quiet, stations=tuple(rows)), 1)
+    for name in ("rotation_before", "translation_before", "rotation", "translation"):
+        found = getattr(planned.gains[0], name)
+        assert found == pytest.approx(getattr(expected.gains[0], name), rel=0.02)
+    assert planned.gains[0].translation_before > 2.0 * plan_more(quiet, 1).gains[0].translation
+
+
+@pytest.mark.parametrize(
+    ("given", "robot", "camera"),
+    [
+        (Noise(), "recording", "recording"),
+        (Noise(robot_rotation=1e-4), "recording", "recording"),
+        (Noise(1e-4, 1e-5), "given", "recording"),
+        (Noise(camera_rotation=1e-4, camera_translation=1e-5), "recording", "given"),
+    ],
+)
+def test_the_basis_says_which_levels_were_stated(given, robot, camera):
+    basis = plan_more(recorded(), 1, options=PlanOptions(given=given)).basis
+    assert (basis.robot, basis.camera, basis.mount) == (robot, camera, "recording")
+
+
+def in_motion(setup, views=10):
+    """A recording of a robot that never paused, whose times are off by one error."""
+    run = Run(np.random.default_rng(3), setup=setup, views=views, noise=MOTION_NOISE)
+    return run, run.moving_views()
+
+
+def at_times(run, seen, error):
+    """Its stations with all poses at times that are off by so many standard deviations."""
+    times = seen.times + run.offset
+    poses = run.path(1000.0).at(times + SIGMA * error)
+    shared = SIGMA * seen.path.velocities(times)
+    rows = zip(poses, seen.B, seen.covariance, shared, strict=True)
+    return Stations(
+        run.setup,
+        tuple(
+            Station(f"{i:02d}", A, camera_T_target=UncertainPose(B, C), shared_error=moved)
+            for i, (A, B, C, moved) in enumerate(rows)
+        ),
+        noise=Noise(*(MOTION_NOISE * np.array([3.5e-4, 9e-5]))),
+    )
+
+
+@pytest.mark.parametrize("setup", list(Setup))
+def test_what_is_there_is_predicted_as_solve_does_with_a_dominating_shared_error(setup):
+    stations = at_times(*in_motion(setup), 0.0)
+    error = solve(stations).predicted_error
+    quiet = replace(
+        stations, stations=tuple(replace(each, shared_error=None) for each in stations.stations)
+    )
+    assert error.rotation > 3.0 * solve(quiet).predicted_error.rotation
+    first = plan_more(stations, 1).gains[0]
+    assert first.rotation_before == pytest.approx(error.rotation, rel=1e-3)
+    assert first.translation_before == pytest.approx(error.translation, rel=1e-3)
+
+
+@pytest.mark.parametrize("setup", list(Setup))
+def test_gains_hold_where_recorded_poses_share_an_error(setup):
+    """The new stations are recorded standing still, and all are solved for many times' errors."""
+    run, seen = in_motion(setup)
+    planned = plan_more(at_times(run, seen, 0.0), 3)
+    robot = np.array([each.base_T_gripper for each in planned.stations])
+    A = robot if setup is Setup.EYE_IN_HAND else se3.inverse(robot)
+    new = tuple(
+        Station(each.name, pose, None, UncertainPose(B, C))
+        for each, pose, B, C in zip(
+            planned.stations, robot, se3.inverse(A @ X) @ Z, seen.covariance, strict=False
+        )
+    )
+    away = {"before": [], "after": []}
+    for chance in (np.arange(20) + 0.5) / 20:
+        old = at_times(run, seen, NormalDist().inv_cdf(chance))
+        both = replace(old, stations=(*old.stations, *new))
+        for name, stations in (("before", old), ("after", both)):
+            away[name].append(se3.difference(scenes.estimated(stations).solution.X, X))
+    gains = planned.gains
+    promised = {
+        "before": (gains[0].rotation_before, gains[0].translation_before),
+        "after": (gains[-1].rotation, gains[-1].translation),
+    }
+    for name, each in away.items():
+        squares = np.sum(np.reshape(each, (-1, 2, 3)) ** 2, axis=-1).mean(axis=0)[::-1]
+        np.testing.assert_allclose(np.sqrt(squares) / promised[name], 1.0, atol=0.12)
+    assert gains[-1].rotation < 0.8 * gains[0].rotation_before
+
+
 def test_names_go_on_where_the_recording_ends():
     stations = recorded(count=3)
     rows = [Station(name, each.base_T_gripper, None, each.camera_T_target)
@@ -152,3 +271,58 @@ def test_a_recording_that_determines_nothing_is_refused():
     stations = recorded(count=3)
     with pytest.raises(UndeterminedError, match="at least 3 stations"):
         plan_more(Stations(stations.setup, stations.stations[:2]), 2)
+
+
+def understated():
+    """A recording whose noise is three times what its document says."""
+    stations = recorded(count=8)
+    levels = (None if level is None else level / 3.0 for level in vars(NOISE).values())
+    quiet = replace(stations, noise=Noise(*levels))
+    rows = (
+        replace(each, camera_T_target=replace(each.camera_T_target, covariance=None))
+        for each in stations.stations
+    )
+    return replace(quiet, stations=tuple(rows))
+
+
+def test_what_solve_adds_for_no_noise_is_kept_and_told():
+    stations = understated()
+    answer = solve(stations)
+    assert "noise-understated" in [each.code for each in answer.diagnosis]
+    planned = plan_more(stations, 3)
+    first, last = planned.gains[0], planned.gains[-1]
+    error = answer.predicted_error
+    assert first.rotation_before == pytest.approx(error.rotation, rel=1e-6)
+    assert first.translation_before == pytest.approx(error.translation, rel=1e-6)
+    used = tuple(
+        station for station, row in zip(stations.stations, answer.stations, strict=True) if row.used
+    )
+    of_noise = scenes.calibrated(replace(stations, stations=used)).predicted_error.rotation
+    lasting = np.sqrt(error.rotation**2 - of_noise**2)
+    assert lasting < last.rotation < error.rotation
+    told = planned.diagnosis[-1]
+    assert (told.code, told.severity) == ("new-stations-not-enough", "warning")
+    assert f"{1e3 * lasting:.3g} mrad" in told.message
+    assert "(noise-understated)" in told.message
+    assert {each.code for each in answer.diagnosis} < {each.code for each in planned.diagnosis}
+
+
+def test_nothing_is_told_to_stay_where_all_is_noise():
+    codes = [each.code for each in plan_more(recorded(given=True), 1).diagnosis]
+    assert "new-stations-not-enough" not in codes
+
+
+def test_a_plan_advises_whole_commands():
+    doubt = Finding("intrinsics-doubtful", "warning", "2 px", "solve with --calibrate-intrinsics")
+    stations = replace(recorded(given=True), findings=(doubt,))
+    (told,) = [each for each in plan_more(stations, 1).diagnosis if each.code == doubt.code]
+    assert told.message == "2 px"
+    assert "handeye extrinsics RECORDING --calibrate-intrinsics -o calibrated.yaml" in told.advice
+    assert "handeye plan --after calibrated.yaml --stations 1'" in told.advice
+
+
+def test_a_plan_does_not_send_to_another_plan():
+    note = Finding("lengths-not-checked", "info", "", "a second 'handeye plan' would check it")
+    stations = replace(recorded(given=True), findings=(note,))
+    told = next(each for each in plan_more(stations, 1).diagnosis if each.code == note.code)
+    assert told.advice.startswith("let new stations stand at other distances, with --depth")

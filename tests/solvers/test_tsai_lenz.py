@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from principal_axes import matrix_from_principal_axis
 from scenes import disturbed, joint_covariance, problem, scene
 
 from handeye_cli.geometry import rotations, se3, star
@@ -34,7 +35,7 @@ def as_printed(A, B, pairs):
         right.append(Pc - Pg)
     P_prime = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
     P = 2 * P_prime / np.sqrt(1 + P_prime @ P_prime)
-    R = rotations.matrix_from_principal_axis(P)
+    R = matrix_from_principal_axis(P)
     rows, right = [], []
     for i, j in pairs:
         Hg, Hc = np.linalg.inv(A[j]) @ A[i], B[j] @ np.linalg.inv(B[i])
