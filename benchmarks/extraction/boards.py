@@ -14,6 +14,7 @@ from benchmarks.tables import Column, Table
 from handeye_cli import targets
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
+from handeye_cli.geometry.extent import middle_of
 from handeye_cli.simulate.render import Appearance, render_target
 
 SIZE = (1000, 800)
@@ -46,7 +47,7 @@ coordinate."""
 def look(camera, board, size_px, rng):
     """A picture of the board and the true pixels of its points."""
     points, length = board.points(), side_of(board)
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    centre = middle_of(points)
     tilt, about = np.radians(rng.uniform(0, 55)), rng.uniform(0, 2 * np.pi)
     axis = np.array([np.cos(about), np.sin(about), 0.0])
     R = rotations.exp(tilt * axis) @ rotations.exp(np.array([0.0, 0.0, rng.uniform(-0.5, 0.5)]))
