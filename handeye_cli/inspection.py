@@ -57,7 +57,7 @@ def inspect(stations: Stations, detector_sigma: float | None = None) -> Inspecti
         surfaces=shape.seen if shape else None,
         blame=shares,
     )
-    return _with(looked, *shares.findings, *((noisy,) if noisy else ()))
+    return _with(looked, *((noisy,) if noisy else ()))
 
 
 def with_time_offset(looked: Inspection, measured: Measured) -> Inspection:

@@ -21,6 +21,7 @@ from handeye_cli.diagnosis.plate_shape import LENS, UNCLEAR, PlateShape
 from handeye_cli.estimates import Estimate
 from handeye_cli.geometry import se3
 from handeye_cli.geometry.loop import LoopJacobians, loop_jacobians
+from handeye_cli.geometry.scaled_inverse import scaled_inverse
 from handeye_cli.noise_levels import NoiseModel, noise_model
 from handeye_cli.records import FloatArray, Stations
 from handeye_cli.records.blame import BlameShares
@@ -173,9 +174,7 @@ class _Fit:
     def of(cls, design: FloatArray, covariance: FloatArray) -> _Fit:
         weighted = np.linalg.solve(covariance, design)
         information = np.einsum("nij,nik->jk", design, weighted)
-        scale = 1.0 / np.sqrt(np.diag(information))
-        inverse = np.linalg.inv(scale[:, None] * information * scale) * scale[:, None] * scale
-        return cls(design, np.einsum("jk,nik->jni", inverse, weighted))
+        return cls(design, np.einsum("jk,nik->jni", scaled_inverse(information), weighted))
 
     def of_noise(self, covariance: FloatArray) -> FloatArray:
         """Return the (2,) mean squares that independent errors leave, by (N, 6, 6)."""
@@ -234,7 +233,7 @@ def _evidence(case: _Case) -> str:
 
 
 def _amount(rotation: float, translation: float) -> str:
-    return f"{_short(translation / MM)} mm and {_short(rotation / MRAD)} mrad"
+    return f"{_short(rotation / MRAD)} mrad and {_short(translation / MM)} mm"
 
 
 def _short(value: float) -> str:

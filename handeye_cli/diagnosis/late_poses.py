@@ -44,7 +44,7 @@ def late_poses(chain: Chain) -> LatePoses:
         return LatePoses(nothing, chain.by_shared_error)
     known, way = chain.robot_covariance, chain.shared_error
     square = np.maximum(np.sum(way**2, axis=-1), np.finfo(float).tiny)
-    size = np.einsum("ni,nij,nj->n", way, known, way) / square**2
+    size = np.einsum("ni,nij,nj->n", way, known, way) / square / square
     along = size[:, None, None] * way[:, :, None] * way[:, None, :]
     left, whole = (np.linalg.norm(each, axis=(1, 2)) for each in (known - along, known))
     scatter = np.where((left <= _ROUNDING * whole)[:, None, None], along, nothing)

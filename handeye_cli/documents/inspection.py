@@ -150,7 +150,6 @@ def _blame(data: dict[str, Any] | None) -> BlameShares | None:
         translation=from_milli(data["translation_mm"]),
         limit=data["limit"],
         words=data.get("words", ""),
-        findings=parts.findings_from_data(data.get("findings", [])),
         **shares,
     )
 
@@ -165,7 +164,6 @@ def _data_from_blame(blame: BlameShares | None) -> dict[str, Any] | None:
             "rotation_mrad": to_milli(blame.rotation),
             "translation_mm": to_milli(blame.translation),
             **{cause: _shares(blame, cause) for cause in _CAUSES},
-            "findings": parts.data_from_findings(blame.findings),
         }
     )
 

@@ -39,9 +39,9 @@ def _for_a_plan(finding: Finding, count: int) -> Finding:
     """Return the finding, its advice in whole commands where it was in flags of another one."""
     if _FLAG in finding.advice:
         advice = (
-            f"estimate the intrinsics first: 'handeye extrinsics RECORDING {_FLAG} -o calibrated.yaml', then "
-            f"'handeye plan --after calibrated.yaml --stations {count}'; or calibrate the camera "
-            "again"
+            f"estimate the intrinsics first: 'handeye extrinsics RECORDING {_FLAG} -o "
+            f"calibrated.yaml', then 'handeye plan --after calibrated.yaml --stations {count}'; or "
+            "calibrate the camera again"
         )
         return replace(finding, advice=advice)
     if finding.code == LENGTHS_NOT_CHECKED:

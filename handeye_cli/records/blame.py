@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from handeye_cli.records.basics import Finding
-
 
 @dataclass(frozen=True)
 class SmoothResiduals:
@@ -57,7 +55,6 @@ class BlameShares:
         timing_translation: The same in the translation.
         limit: `robot`, `camera`, `intrinsics`, `plate`, `timing`, or `unclear`.
         words: The same for people, with the evidence.
-        findings: What the user should know.
     """
 
     rotation: float
@@ -74,4 +71,3 @@ class BlameShares:
     timing_translation: float | None = None
     limit: str = "unclear"
     words: str = ""
-    findings: tuple[Finding, ...] = ()

@@ -277,8 +277,7 @@ def inspection(rng: np.random.Generator) -> Inspection:
             1e-3,
             4e-4,
             limit="robot",
-            words="robot 0.4 mm, camera 0.1 mm",
-            findings=FINDINGS,
+            words="robot 0.1 mrad and 0.4 mm, camera 0.02 mrad and 0.1 mm",
             **shares,
         ),
         recording=RecordingSummary(
