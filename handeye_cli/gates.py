@@ -9,6 +9,12 @@ from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import QualityGateError, UndeterminedError
 from handeye_cli.records import Inspection, Verification, VerificationRow
 
+WHEN_CONTRADICTED = (
+    "look at the stations with the largest errors, at the findings of 'handeye solve', and at "
+    "noise levels that were given"
+)
+"""The next step where held-out errors contradict their prediction."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -60,10 +66,7 @@ def _next_step(verification: Verification, limits: Limits) -> str | None:
     contradicted = any(row.consistent is False for row in verification.rows)
     if not (limits.consistent and contradicted):
         return None
-    return (
-        "look at the stations with the largest errors, at the findings of 'handeye solve', and at "
-        "noise levels that were given"
-    )
+    return WHEN_CONTRADICTED
 
 
 def _broken(row: VerificationRow, limits: Limits) -> Iterator[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import QualityGateError
-from handeye_cli.gates import Limits, check_limits
+from handeye_cli.gates import WHEN_CONTRADICTED, Limits, check_limits
 from handeye_cli.records import Protocol, Verification, VerificationRow
 from handeye_cli.reporting.batch_light import RowLight, reasons, row_lights
 from handeye_cli.reporting.case import Case
@@ -105,7 +105,8 @@ def _contradiction(verification: Verification, row: VerificationRow) -> str:
         else f"their RMS, {seen}, is no larger than the {expected} expected, but they are not "
         "spread over stations and directions as expected"
     )
-    return f"held-out errors contradict their prediction beyond chance, {where}: {how}"
+    message = f"held-out errors contradict their prediction beyond chance, {where}: {how}"
+    return f"{message}; {WHEN_CONTRADICTED}"
 
 
 def _is_above(row: VerificationRow) -> bool:

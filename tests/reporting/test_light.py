@@ -73,6 +73,7 @@ def test_a_contradicted_prediction_makes_red(row):
     assert "1.000 mrad" in reason
     assert "1.100 mrad" in reason
     assert "beyond chance" in reason
+    assert "look at the stations with the largest errors" in reason
 
 
 @pytest.mark.parametrize(
