@@ -60,7 +60,7 @@ def _lasting(recorded: Recorded, error: PredictedError) -> Finding | None:
     share = float(np.max(squares / total))
     if share < _SHARE:
         return None
-    rotation, translation = np.sqrt(squares).tolist()
+    rotation, translation = np.sqrt(np.maximum(squares, 0.0)).tolist()  # rounding may be below 0
     codes = ", ".join(codes_of_lasting(recorded.findings))
     return Finding(
         LASTING,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from handeye_cli import solvers
 from handeye_cli.chain import Chain, has_pixels
 from handeye_cli.estimates import Estimate
 from handeye_cli.estimation import best_estimate, choose_pairs
@@ -65,7 +66,8 @@ def solved(stations: Stations, given: Noise, *, method: str) -> Recorded:
     Args:
         stations: What was recorded.
         given: Noise levels that win over those of the recording.
-        method: A row of the table of solvers, for the answer.
+        method: A row of the table of solvers, for the answer; what stations tell is what maximum
+            likelihood takes from them.
 
     Raises:
         UndeterminedError: The recording does not determine the answer.
@@ -77,8 +79,9 @@ def solved(stations: Stations, given: Noise, *, method: str) -> Recorded:
     bent = _bent(found)
     estimate = replace(found.estimate, shared=found.estimate.shared - bent)
     lasting = _blocks(found.calibration) - _of_parts(estimate.covariance)
-    if given != Noise():
-        estimate = best_estimate(chain, choose_pairs("star", len(chain.A)), told, method)
+    if given != Noise() or method != solvers.DEFAULT:
+        pairs = choose_pairs("star", len(chain.A))
+        estimate = best_estimate(chain, pairs, told, solvers.DEFAULT)
     information, pull = _told_by(estimate, chain)
     sight, noise = sight_of(stations, chain), _levels(found.calibration.noise, given)
     return Recorded(

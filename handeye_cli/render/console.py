@@ -23,7 +23,7 @@ _TO_UNIT = re.compile(r"(?<=\d) (?=%|(?:m|mm|mil|mrad|deg|px|ms|s)\b)")
 _JOINED = "\N{NO-BREAK SPACE}"
 _INDENT = 2
 _GAP = 2
-_LABEL = 24
+_LABEL = 12
 """Columns of a word, or a name without blanks, from which on it is broken rather than the table."""
 
 _STYLES = {"error": "bold red", "warning": "yellow", "info": "cyan"}

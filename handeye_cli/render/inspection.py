@@ -6,6 +6,7 @@ import math
 
 from rich.console import Console
 
+from handeye_cli.diagnosis.lengths import ratio_words
 from handeye_cli.records import BlameShares, HypothesisFit, Inspection, LengthRatio, SmoothResiduals
 from handeye_cli.records.moving import TimeOffset
 from handeye_cli.render.console import show_paragraph, show_table
@@ -94,10 +95,8 @@ def _show_hypotheses(
     ]
     show_table(console, ["", "rotation\ndeg", "translation\nmm", "flag"], rows, left=[0, 3])
     if ratio is not None and math.isfinite(ratio.sigma):
-        console.print(
-            f"  the robot's motions are {ratio.ratio:.4f} times as long as the camera's "
-            f"(+- {100 * ratio.sigma:.2f} %)\n"
-        )
+        show_paragraph(console, ratio_words(ratio), margin="  ")
+        console.print()
 
 
 def _show_blame(blame: BlameShares, console: Console) -> None:
