@@ -82,7 +82,7 @@ def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | N
         "warning",
         f"the given intrinsics leave a residual of {sigma:.2f} px, intrinsics calibrated from the "
         f"same images {left:.2f} px",
-        "solve with --calibrate-intrinsics, or calibrate the camera again",
+        "'handeye solve RECORDING --calibrate-intrinsics', or calibrate the camera again",
     )
 
 

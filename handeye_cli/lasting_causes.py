@@ -11,6 +11,7 @@ LASTING = "lasting"
 CODES = (
     "plate-bowed",
     "plate-aspect",
+    "plate-or-lens",
     "residuals-over-image",
     "robot-systematic",
     "noise-understated",

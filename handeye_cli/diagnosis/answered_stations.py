@@ -35,6 +35,7 @@ class AnsweredStations:
         from_camera: (N, 6, 6) part of `spread` that is the camera's.
         to_mount: (N, 6, 6) derivative of A's perturbation by that of base_T_gripper.
         influence: (N, 12, 6) of base_T_gripper on X and Z.
+        in_motion: Whether the robot was seen along its way.
     """
 
     estimate: Estimate
@@ -47,6 +48,7 @@ class AnsweredStations:
     from_camera: FloatArray
     to_mount: FloatArray
     influence: FloatArray
+    in_motion: bool
 
     @classmethod
     def of(cls, estimate: Estimate, chain: Chain, setup: Setup) -> AnsweredStations:
@@ -64,6 +66,7 @@ class AnsweredStations:
             from_camera=carried(loop.by_camera, estimate.model.covariance[:, 6:, 6:]),
             to_mount=chain.by_robot,
             influence=estimate.influence[..., :6] @ chain.by_robot,
+            in_motion=chain.shared_error is not None and bool(np.any(chain.shared_error)),
         )
 
     def white(self) -> WhiteResiduals:
@@ -75,7 +78,7 @@ class AnsweredStations:
         arrays = {
             name: getattr(self, name)[rows]
             for name in AnsweredStations.__annotations__
-            if name != "estimate"
+            if name not in ("estimate", "in_motion")
         }
         return replace(self, **arrays)
 

@@ -40,8 +40,10 @@ def reasons_of_bad(bad: BadStations, names: Sequence[str]) -> dict[int, str]:
         station.row: f"the others contradict it: {_off(station)}" for station in bad.outliers
     }
     for cycle in bad.exchanged:
-        exchanged = f"its image and robot pose are mixed up with those of {_quoted(cycle, names)}"
-        reasons |= dict.fromkeys(cycle, exchanged)
+        for row in cycle:
+            others = [each for each in cycle if each != row]
+            mixed_up = "its image and robot pose are mixed up with those of"
+            reasons[row] = f"{mixed_up} {_quoted(others, names)}"
     return {row: reasons[row] for row in bad.left_out}
 
 
@@ -68,7 +70,8 @@ def _moved(moved: TargetMove, names: Sequence[str], setup: Setup) -> Finding:
     )
     advice = (
         f"{_quoted(moved.rows, names)} are left out; fix the target to the {setup.reference} and "
-        "record again, or calibrate on each part by itself"
+        f'record again; or solve two documents, one with the stations up to "{before}" and one '
+        f'with those from "{after}" on'
     )
     return Finding("target-moved", "warning", message, advice)
 

@@ -6,7 +6,12 @@ import numpy as np
 
 from handeye_cli.chain import Chain
 from handeye_cli.diagnosis.masking import hides
-from handeye_cli.diagnosis.moved_target import likeliest_move, move_of, split_agreement
+from handeye_cli.diagnosis.moved_target import (
+    likeliest_move,
+    move_of,
+    split_agreement,
+    stands_out,
+)
 from handeye_cli.diagnosis.robust_fit import (
     MOST_FREEDOM,
     Agreement,
@@ -65,7 +70,8 @@ def find_bad_stations(
     if not hidden and _all_well(everybody):
         return BadStations(count, scale=model.noise, noise_given=len(model.variances) == 0)
     best = _likelier(everybody, best_agreement(loops, model.variances, hidden=hidden))
-    agreed, cycles = _explained(best, target, hidden=hidden)
+    in_motion = chain.shared_error is not None and bool(np.any(chain.shared_error))
+    agreed, cycles = _explained(best, target, hidden=hidden, in_motion=in_motion)
     moved = move_of(agreed) if len(agreed.found.Z) > 1 else None
     return BadStations(
         count=count,
@@ -78,21 +84,23 @@ def find_bad_stations(
 
 
 def _explained(
-    best: Agreement, target: TargetSpec | None, *, hidden: bool
+    best: Agreement, target: TargetSpec | None, *, hidden: bool, in_motion: bool
 ) -> tuple[Agreement, tuple[tuple[int, ...], ...]]:
     """Return the agreement on one or on two places of the target, and who is exchanged with whom.
 
-    The other arguments are those of `find_bad_stations` and of `best_agreement`.
-
     Args:
         best: The largest agreement on one place.
+        target: As in `find_bad_stations`.
+        hidden: As in `best_agreement`.
+        in_motion: Whether the robot was seen along its way, where errors change little from one
+            station to the next.
     """
     from handeye_cli.diagnosis.mispaired import mispaired
 
     turns = _turns_of(target) if best.outside > 1 else None
     cycles = mispaired(best, turns)
     split = split_agreement(best, best.outside - sum(len(cycle) - 1 for cycle in cycles))
-    if split is None:
+    if split is None or (in_motion and not stands_out(split)):
         return best, cycles
     from handeye_cli.diagnosis.other_lengths import instead_of_move
 

@@ -19,6 +19,8 @@ _SIGNIFICANT = 6.0
 """The same for few stations, in standard deviations of Fisher's transform."""
 _EXPLAINED = 0.15
 """Natural logarithm of a ratio that wrong intrinsics still explain."""
+_NO_DIFFERENCE = 3.0
+"""Standard deviations up to which a ratio is called 1."""
 _CERTAIN = 8.0
 """Standard deviations by which a ratio has to differ from 1: not all errors are noise."""
 _NEAR_FACTOR = 0.2
@@ -90,6 +92,24 @@ def length_ratio(fit: Fit) -> LengthRatio:
         return LengthRatio(1.0, math.inf)
     spread = (1.0 - correlation**2) / (correlation**2 * freedom)
     return LengthRatio(fit.ratio, math.sqrt(spread))
+
+
+def ratio_words(scale: LengthRatio) -> str:
+    """Return a ratio of lengths for people, with what to think of one that is no fault.
+
+    Args:
+        scale: The ratio, which the motions tell.
+    """
+    words = (
+        f"the robot's motions are {scale.ratio:.4f} times as long as the camera's "
+        f"(+- {100 * scale.sigma:.2f} %)"
+    )
+    apart = abs(math.log(scale.ratio))
+    if apart <= _NO_DIFFERENCE * scale.sigma:
+        return f"{words}: as long, within this doubt"
+    if apart <= _EXPLAINED:
+        return f"{words}: the target's size, the intrinsics or the robot may be off by so much"
+    return words
 
 
 def length_fault(

@@ -38,6 +38,8 @@ _SIDE = 2
 """Stations on either side of a move, at least; a single one is a bad station."""
 _MOST_PLACES = 2
 """Places of a move that are tried by fitting two poses."""
+_MOST_ALIKE = 0.9
+"""Correlation of stations after each other, at most; more is a constant."""
 _AS_LIKELY = 0.8
 """Part of the largest score of a move from which another place is tried as well."""
 
@@ -143,6 +145,33 @@ def _move_squares(found: BlockFit) -> tuple[float, float]:
 def _move_chance(found: BlockFit) -> float:
     squares, freedom = _move_squares(found)
     return float(chance_of_squares(squares, 6, min(freedom, MOST_FREEDOM)))
+
+
+def stands_out(split: Agreement) -> bool:
+    """Return whether a move is clear where the errors of stations after each other are alike.
+
+    So they are along a robot's way: the mean of many is no better than that of the few that are
+    independent (Bartlett 1935), by the correlation of each with the next.
+
+    Args:
+        split: The agreement on two poses, of stations in the order of their times.
+    """
+    squares, freedom = _move_squares(split.found)
+    likeness = _likeness_of_next(split)
+    fewer = (1.0 - likeness) / (1.0 + likeness)
+    chance = chance_of_squares(squares * fewer, 6, min(freedom * fewer, MOST_FREEDOM))
+    return float(chance) < level(split.loops)
+
+
+def _likeness_of_next(split: Agreement) -> float:
+    """Return the correlation, 0 or more, of whitened residuals with those of the next station."""
+    rows = np.flatnonzero(split.rows)
+    root = np.linalg.cholesky(loop_covariances(split.loops, split.found)[rows])
+    white = np.linalg.solve(root, split.distances.residuals[rows][..., None])[..., 0]
+    following = np.diff(split.loops.blocks[rows]) == 0
+    products = float(np.mean(np.sum(white[1:] * white[:-1], axis=-1)[following]))
+    squares = float(np.mean(np.sum(white**2, axis=-1)))
+    return float(np.clip(products / max(squares, np.finfo(float).tiny), 0.0, _MOST_ALIKE))
 
 
 def move_of(split: Agreement) -> TargetMove:

@@ -145,7 +145,7 @@ def _verdict(look: Look, data: PixelData) -> PlateShape:
     sized = look.sized(plate, image) if both else look.sized(plate)
     found = _causes(look, sized, beyond)
     ended = straight if found.bowed or found.strained else look
-    shape = (plate,) if ended is straight else ()
+    shape = (plate,) if ended is not look else ()
     distorted = (image,) if found.lens or beyond.passed else ()
     known = np.concatenate([look.causes.lens, *shape])
     seen = _sizes(look, sized, ended.pixels(*shape, *distorted))
@@ -290,7 +290,7 @@ def _better_lens(model: str, *, calibrated: bool) -> str:
             f"the lens model {model} is too simple for this lens: calibrate the camera by "
             f"another tool as {_RICHEST}, and give the result with --camera"
         )
-    return "solve with --calibrate-intrinsics, or calibrate the camera again"
+    return "'handeye solve RECORDING --calibrate-intrinsics', or calibrate the camera again"
 
 
 def _unclear(seen: SmoothResiduals) -> Finding:

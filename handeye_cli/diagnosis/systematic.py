@@ -187,7 +187,8 @@ def _follows_pose(stations: AnsweredStations) -> _Followed | None:
         return _Followed(_scaled(found, chance), form.columns, moves)
     grows = by_trend < _SIGNIFICANCE
     seen = form.words(found) if grows else "stations near each other have alike residuals"
-    return _Followed(_kinematic(seen, chance), np.zeros((len(stations.robot), 6, 0)), np.zeros(12))
+    finding = _along_way(seen, chance) if stations.in_motion else _kinematic(seen, chance)
+    return _Followed(finding, np.zeros((len(stations.robot), 6, 0)), np.zeros(12))
 
 
 def _moved_by_scale(stations: AnsweredStations, scale: float) -> FloatArray:
@@ -211,6 +212,18 @@ def _kinematic(seen: str, chance: float) -> Finding:
         "joint or a link, and not noise",
         "calibrate the robot, or keep to the part of the workspace where the camera will be used; "
         "more stations of the same kind do not help",
+    )
+
+
+def _along_way(seen: str, chance: float) -> Finding:
+    return Finding(
+        CODE,
+        "warning",
+        f"residuals follow the robot's pose: {seen} (p = {chance:.1g}): an error that changes "
+        "little along the robot's way, of its kinematics or its control, and not noise of single "
+        "frames",
+        "more frames of the same way do not help: let the robot stand still at more stations; "
+        "where the verdict remains then, calibrate the robot",
     )
 
 

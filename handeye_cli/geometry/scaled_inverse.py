@@ -26,12 +26,15 @@ def scaled_inverse(information: FloatArray) -> FloatArray:
 def scaled_pseudo_inverse(information: FloatArray, rcond: float | None = None) -> FloatArray:
     """Return the (..., n, n) inverses of symmetric matrices that may be singular.
 
+    What rounding has left without information of its own counts as not determined.
+
     Args:
         information: (..., n, n) matrices.
         rcond: Part of the largest eigenvalue, at a unit diagonal, below which a direction counts as
             not determined and is left at zero; rounding by itself when not given.
     """
-    scale = _scale(information)
+    known = np.einsum("...ii->...i", information) > _NOTHING
+    scale = np.where(known, _scale(information), 0.0)
     inverse = np.linalg.pinv(_scaled(information, scale), rcond=rcond, hermitian=True)
     return _scaled(inverse, scale)
 

@@ -101,7 +101,7 @@ def test_only_a_strain_that_is_seen_is_told(strain, told, advised, silent):
 @pytest.mark.parametrize(
     ("model", "calibrate", "advised"),
     [
-        ("plumb_bob", False, "solve with --calibrate-intrinsics"),
+        ("plumb_bob", False, "'handeye solve RECORDING --calibrate-intrinsics'"),
         ("plumb_bob", True, "the lens model plumb_bob is too simple for this lens"),
         ("rational_polynomial", False, "no lens model has more coefficients than rational"),
         ("rational_polynomial", True, "no lens model has more coefficients than rational"),
@@ -240,3 +240,12 @@ def test_lens_and_cardboard_that_explain_as_much_are_not_told_apart():
     assert shape.by_image.any()
     assert f"distortion of the lens {100 * shape.seen.image_share:.0f} %" in finding.message
     assert "calibrate the camera with another target" in finding.advice
+
+
+def test_what_given_intrinsics_leave_open_is_no_shape_of_the_plate():
+    sigma = np.array([4.0, 4.0, 2.0, 2.0, *5 * [1e-9]])
+    off = replace(WIDE, fx=WIDE.fx + sigma[0], cy=WIDE.cy - sigma[3], covariance=np.diag(sigma**2))
+    shots = [photographed(np.random.default_rng(seed)) for seed in range(6)]
+    for found in (plate_shape(stations_of(shot, off)) for shot in shots):
+        assert not codes(found)
+        assert not np.any(found.by_plate)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from bent_plates import bent, photographed, stations_of
 from scenes import Scene, general_scene, scene, stations
 
 from handeye_cli.chain import chain_of
@@ -14,6 +15,7 @@ from handeye_cli.estimation import best_estimate, choose_pairs
 from handeye_cli.geometry import se3, smooth_fields
 from handeye_cli.geometry.station_generator import generate_stations
 from handeye_cli.records import FloatArray, Noise, Station, Stations, UncertainPose
+from handeye_cli.solve import solve
 
 NOISE = Noise(5e-4, 1e-4, 3e-4, 1e-4)
 SCALE = 3e-3
@@ -250,3 +252,38 @@ def test_widened_covariances():
     expected = np.tile(np.repeat([found.translation**2, found.rotation**2], 3), 2)
     np.testing.assert_allclose(wider, np.diag(expected))
     assert found.widening == max(found.translation, found.rotation) > 1.0
+
+
+@pytest.mark.parametrize("seed", [2, 3, 9, 11])
+def test_a_bow_that_was_found_is_not_put_down_to_the_robot(seed):
+    """Nor to the noise of the pixels, beside which the robot's own errors would not be random."""
+    noise = (2e-4, 5e-5)
+    rng = np.random.default_rng(seed)
+    shot = photographed(rng, bent(2e-3), count=9, sigma_px=0.02, robot=noise)
+    diagnosis = solve(stations_of(shot)).diagnosis
+    assert [each.code for each in diagnosis if each.severity != "info"] == ["plate-bowed"]
+
+
+def test_an_error_of_a_joint_is_found_beside_a_bow():
+    rng = np.random.default_rng(5)
+    document = stations_of(photographed(rng, bent(2e-3), sigma_px=0.02, robot=(2e-4, 5e-5)))
+    poses = np.array([each.base_T_gripper for each in document.stations])
+    poses = se3.perturb(poses, joint(rng, poses))
+    rows = zip(document.stations, poses, strict=True)
+    wrong = tuple(replace(row, base_T_gripper=pose) for row, pose in rows)
+    diagnosis = solve(replace(document, stations=wrong)).diagnosis
+    assert {"plate-bowed", "robot-systematic"} <= {each.code for each in diagnosis}
+
+
+def test_an_error_along_the_way_is_not_called_one_of_a_joint():
+    rng = np.random.default_rng(3)
+    perfect = general_scene(rng, 40)
+    off = replace(perfect, A=se3.perturb(perfect.A, joint(rng, perfect.A)))
+    document = stations(rng, off, NOISE)
+    chain = chain_of(document)
+    moving = replace(chain, shared_error=np.tile(1e-7 * np.ones(6), (len(chain.A), 1)))
+    for each, words in ((chain, "of a joint or a link"), (moving, "along the robot's way")):
+        found = best_estimate(each, choose_pairs("star", 40), document, "maximum-likelihood")
+        (finding,) = systematic_errors(found, each, None, Setup.EYE_IN_HAND).findings
+        assert finding.code == "robot-systematic"
+        assert words in finding.message

@@ -38,3 +38,11 @@ def test_a_direction_that_is_hardly_determined_is_left_out_on_demand():
     weak = np.array([[1.0, 1.0 - 1e-6], [1.0 - 1e-6, 1.0]])
     assert np.max(scaled_pseudo_inverse(weak)) > 1e5
     np.testing.assert_allclose(scaled_pseudo_inverse(weak, 1e-4), 0.25 * np.ones((2, 2)), rtol=1e-5)
+
+
+def test_a_negative_diagonal_is_rounding_and_not_information():
+    """As of a noise level at its floor, where large sums cancel."""
+    cancelled = np.array([[2.8e14, -1.5e18], [-4.7e17, -1.3e28]])
+    found = scaled_pseudo_inverse(np.stack([cancelled, np.diag([4.0, 2.0])]))
+    np.testing.assert_allclose(found[0], np.diag([1.0 / 2.8e14, 0.0]), rtol=1e-12)
+    np.testing.assert_allclose(found[1], np.diag([0.25, 0.5]), rtol=1e-12)
