@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -57,41 +58,40 @@ class Edges(ABC):
             out: (4, n, m) takes the derivatives of the shares by a disc's own shape.
         """
 
-    def some(self, shape: SingleArray, count: int) -> SomeEdges:
-        """Return about so many pixels of each disc, linearised in the shape of the discs.
-
-        What the sensor clips is taken as it is.
-
-        Args:
-            shape: (n, 4) where to linearise, as `covered` has it.
-            count: Pixels of a disc.
-        """
+    def linear(self, shape: SingleArray) -> LinearEdges:
+        """Return the same, linearised at a (n, 4) shape of the discs, as `covered` has it."""
         slopes = np.empty((4, *self.grey.shape), np.float32)
         share = self.covered(shape, np.ones_like(self.grey), slopes)
-        step = max(1, self.grey.shape[1] // count)
-        taken = (self.weight, self.grey, self.terms, share, slopes)
-        weight, grey, terms, share, slopes = (each[..., ::step] for each in taken)
-        return SomeEdges(weight, grey, terms, self.at_limits[:0], share, slopes, shape)
+        return LinearEdges(self.weight, self.grey, self.terms, self.at_limits, share, slopes, shape)
 
 
 @dataclass(frozen=True)
-class SomeEdges(Edges):
+class LinearEdges(Edges):
     """Pixels of which discs are known to cover a share that changes linearly with their shape.
 
     Attributes:
         share: (n, m) that is covered of the pixels.
         slopes: (4, n, m) its derivatives by the shape.
         at: (n, 4) the shape.
+        together: Returns the sums of (n, m) changes by all discs that see a pixel, if others do.
     """
 
     share: SingleArray
     slopes: SingleArray
     at: SingleArray
+    together: Callable[[SingleArray], SingleArray] | None = None
+
+    def every(self, step: int) -> LinearEdges:
+        """Return the same with one pixel out of so many, as the sensor would see it unclipped."""
+        kept = (self.weight, self.grey, self.terms, self.share, self.slopes)
+        weight, grey, terms, share, slopes = (each[..., ::step] for each in kept)
+        return LinearEdges(weight, grey, terms, self.at_limits[:0], share, slopes, self.at)
 
     def covered(self, shape: SingleArray, factor: SingleArray, out: SingleArray) -> SingleArray:
         """See `Edges.covered`."""
         np.multiply(self.slopes, factor, out=out)
-        return self.share + combined(shape - self.at, self.slopes)
+        change = combined(shape - self.at, self.slopes)
+        return self.share + (change if self.together is None else self.together(change))
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,12 @@ class LargeDiscs(Edges):
 
     distance: SingleArray
     by_shift: SingleArray
+
+    def every(self, step: int) -> LargeDiscs:
+        """Return the same with one pixel out of so many, as the sensor would see it unclipped."""
+        kept = (self.weight, self.grey, self.terms, self.distance, self.by_shift)
+        weight, grey, terms, distance, by_shift = (each[..., ::step] for each in kept)
+        return LargeDiscs(weight, grey, terms, self.at_limits[:0], distance, by_shift)
 
     def covered(self, shape: SingleArray, factor: SingleArray, out: SingleArray) -> SingleArray:
         """See `Edges.covered`."""

@@ -31,14 +31,13 @@ from handeye_cli.geometry.disc_steps import (
     KEPT_SHIFT,
     LIGHT,
     SHIFT,
-    Prior,
     Progress,
     first_state,
     settled,
 )
 from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.geometry.sensor_limits import FIRST_NOISE
-from handeye_cli.geometry.shadow_fit import settled_in_shadow
+from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow
 from handeye_cli.geometry.small_disc_fit import settled_small
 from handeye_cli.geometry.small_discs import SmallDiscs
 
@@ -101,7 +100,6 @@ def fit_discs(
     scale = float(np.min(conics.ellipses.half_axes[1] / discs[:, 2]))
     paper = paper_between(image, discs, to_pixel, scale, _BAND_BLURS * first.blur)
     surface = Surface(start, paper)
-    light = surface.prior(first, first.sound)
     begun = first.state.copy()
     small = _are_small(conics, first.blur)
     if small:
@@ -113,9 +111,9 @@ def fit_discs(
     if small:
         pixels = area_pixels(image, conics, _WIDE_BLURS * first.blur)
         near = SmallDiscs.of(images, conics, pixels, first.blur)
-        last = settled_small(near, begun, conics, first.noise, (surface, light))
+        last = settled_small(near, begun, conics, first, surface)
     else:
-        last = _settled_large(image, (conics, others), begun, first, (surface, light))
+        last = _settled_large(image, (conics, others), begun, first, surface)
     after = _moved(moved, last.state)
     centres = to_pixel(after[:, :2]) + missed[:, 0]
     return _result(centres, after[:, 2] / discs[:, 2] - 1.0, last, conics)
@@ -133,7 +131,7 @@ def _settled_large(
     outlines: tuple[Conics, Others],
     state: FloatArray,
     first: Progress,
-    light: tuple[Surface, Prior],
+    surface: Surface,
 ) -> Progress:
     """Take the last steps of discs whose edges are bent little within their blur.
 
@@ -142,25 +140,28 @@ def _settled_large(
         outlines: Of the discs as they were found, and of those next to them.
         state: (n, p) where to start.
         first: What was found.
-        light: Where more can be learned of the light, and what is known.
+        surface: Where more is known of the light.
     """
-    (conics, others), (surface, prior) = outlines, light
-    band, growth = _band(first.blur, prior), typical(first.state[:, GROWTH])
+    conics, others = outlines
+    prior, noise = surface.even_prior(first, first.sound), math.sqrt(first.variance)
+    band, growth = _band(first.blur, shadowed=prior is None), typical(first.state[:, GROWTH])
     pixels = band_pixels(image, conics, band)
     edges = measure(conics, pixels, others, growth, blur=first.blur, band=band)
-    last = settled(edges, state, conics.by_shift, math.sqrt(first.noise), prior)
-    if edges.clipped:
-        # light beyond the limits shows in the edges alone, which now are known better
-        prior = surface.prior(last, last.sound)
-        return settled(edges, last.state, conics.by_shift, math.sqrt(last.noise), prior)
-    if prior.bent:
-        return settled_in_shadow(edges, conics, last, surface, _prior_of)
-    return last
-
-
-def _prior_of(surface: Surface, last: Progress) -> Prior:
-    """Return what the light says about discs of which nothing else is known."""
-    return surface.prior(last, last.sound)
+    if prior is None:
+        before = Before(first, surface, first.sound, lambda prior, _: prior)
+        last = settled_in_shadow(edges, conics.origin, state, before)
+        if last is not None:
+            return last
+    prior = prior or surface.prior(first, first.sound)
+    last = settled(edges, state, conics.by_shift, noise, prior)
+    if not edges.clipped:
+        # levels that a smooth course explains show very sharp edges, which the first ones do not
+        before = Before(last, surface, last.sound, lambda prior, _: prior)
+        again = settled_in_shadow(edges, conics.origin, last.state, before) if prior.bent else None
+        return last if again is None else again
+    # light beyond the limits shows in the edges alone, which now are known better
+    prior = surface.prior(last, last.sound)
+    return settled(edges, last.state, conics.by_shift, math.sqrt(last.variance), prior)
 
 
 def _are_small(conics: Conics, blur: float) -> bool:
@@ -172,9 +173,9 @@ def _are_small(conics: Conics, blur: float) -> bool:
     return bend > _SHARPEST_BEND and work < _MOST_WORK
 
 
-def _band(blur: float, prior: Prior) -> float:
+def _band(blur: float, *, shadowed: bool) -> float:
     """Return how far from the edges pixels take part in the end."""
-    wide = _WIDE_BLURS if prior.bent else _BAND_BLURS
+    wide = _WIDE_BLURS if shadowed else _BAND_BLURS
     return min(max(wide * blur, _BAND_LIMITS[0]), _BAND_LIMITS[1])
 
 
@@ -188,12 +189,12 @@ def _moved(discs: FloatArray, state: FloatArray) -> FloatArray:
 def _result(centres: FloatArray, growth: FloatArray, last: Progress, conics: Conics) -> DiscFit:
     state, relative = last.state, last.relative
     # where the model misses something the centre is less sure than the noise alone leaves it
-    variance = last.noise * np.where(relative > _MISSES * last.noise, relative / last.noise, 1.0)
+    variance = np.where(relative > _MISSES * last.variance, relative, last.variance)
     spread = conics.by_shift @ last.spread[:, SHIFT, KEPT_SHIFT]
     return DiscFit(
         pixels=centres,
         covariance=variance[:, None, None] * spread @ np.swapaxes(conics.by_shift, -1, -2),
-        noise=math.sqrt(last.noise),
+        noise=math.sqrt(last.variance),
         growth=growth,
         blur=state[:, BLUR],
         contrast=state[:, LIGHT] * (1.0 - state[:, INK]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,11 @@ from numpy.typing import NDArray
 from handeye_cli.geometry.disc_paper import Patchwork
 from handeye_cli.geometry.disc_pixels import FloatArray
 from handeye_cli.geometry.disc_steps import BLUR, GROWTH, KEPT_LIGHT, LIGHT, Prior, Progress
-from handeye_cli.geometry.light_slopes import Light, course_of_light, typical
+from handeye_cli.geometry.light_slopes import Course, Light, course_of_light, even_course, typical
 from handeye_cli.geometry.shadow_edge import ShadowEdge
+
+_UNEVEN = 0.01
+"""What the edge of a shadow misses of levels beside it, in levels."""
 
 BoolArray = NDArray[np.bool_]
 
@@ -26,16 +30,18 @@ class Surface:
     Attributes:
         places: (n, 2) images of the discs, pixels.
         paper: Patches between them.
+        uneven: Standard deviation of levels about any smooth course, in levels.
     """
 
     places: FloatArray
     paper: Patchwork
+    uneven: float = 0.0
 
     def lit(self, edge: ShadowEdge) -> Surface:
         """Return the surface as it would be without a shadow."""
         paper = self.paper
         level = paper.level / edge.left(*paper.places.T)
-        return replace(self, paper=replace(paper, level=level))
+        return replace(self, paper=replace(paper, level=level), uneven=_UNEVEN)
 
     def light(self, progress: Progress, sound: BoolArray) -> Light:
         """Return the levels of the light all over the plate.
@@ -44,38 +50,54 @@ class Surface:
             progress: Levels of the light at the discs.
             sound: (n,) discs whose levels can be trusted.
         """
-        noise, paper = progress.noise, self.paper
-        spread = noise * progress.spread[sound, LIGHT, KEPT_LIGHT]
+        variance, paper = progress.variance, self.paper
+        spread = variance * progress.spread[sound, LIGHT, KEPT_LIGHT]
+        level = np.concatenate([progress.state[sound, LIGHT], paper.level])
+        told = np.concatenate([spread, np.full(len(paper.level), variance / paper.count)])
         return Light(
             np.concatenate([self.places[sound], paper.places]),
-            np.concatenate([progress.state[sound, LIGHT], paper.level]),
-            np.concatenate([spread, np.full(len(paper.level), noise / paper.count)]),
+            level,
+            told + (self.uneven * level) ** 2,
             np.repeat([True, False], [int(sound.sum()), len(paper.level)]),
         )
+
+    @cached_property
+    def pitch(self) -> float:
+        """Typical distance between discs, pixels."""
+        apart = np.linalg.norm(self.places[:, None] - self.places, axis=-1)
+        return typical(np.partition(apart, 1, axis=1)[:, 1])
 
     def prior(self, progress: Progress, sound: BoolArray) -> Prior:
         """Return how the light should go over each disc, by its `light`."""
         course = course_of_light(self.light(progress, sound), self.places)
+        return self._prior(course, progress)
+
+    def even_prior(self, progress: Progress, sound: BoolArray) -> Prior | None:
+        """Return the same, None where shadows fall."""
+        course = even_course(self.light(progress, sound), self.places)
+        return None if course is None else self._prior(course, progress)
+
+    def _prior(self, course: Course, progress: Progress) -> Prior:
         unknown = np.zeros((len(self.places), LIGHT + 1 - GROWTH))
         return Prior(
             np.concatenate([unknown, course.mean], axis=1),
-            np.concatenate([unknown, progress.noise / course.variance], axis=1),
+            np.concatenate([unknown, progress.variance / course.variance], axis=1),
         )
 
 
 def alike(
-    prior: Prior, state: FloatArray, noise: float, spread: tuple[float, float, float]
+    prior: Prior, state: FloatArray, variance: float, spread: tuple[float, float, float]
 ) -> Prior:
     """Return the prior for discs that are printed and seen much alike.
 
     Args:
         prior: What else is known.
         state: (n, p) parameters of the discs as far as they are known.
-        noise: Variance of a grey level.
+        variance: Of a grey level.
         spread: Standard deviations among discs of the growth, the blur as a share of it, the ink.
     """
     mean, precision = prior.mean.copy(), prior.precision.copy()
     mean[:, _SHARED] = [typical(each) for each in state[:, GROWTH:LIGHT].T]
     deviation = np.array(spread) * [1.0, mean[0, BLUR - GROWTH], 1.0]
-    precision[:, _SHARED] = noise / deviation**2
+    precision[:, _SHARED] = variance / deviation**2
     return Prior(mean, precision)

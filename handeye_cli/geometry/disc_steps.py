@@ -28,7 +28,7 @@ SHIFT, COURSE = slice(0, 2), slice(6, None)
 """Where the parameters of a disc are; the terms of its light come last."""
 _EVEN, _BENT = 3, 6
 """Terms of the light over a disc: a plane, or a quadratic where shadows fall."""
-_KEPT = (0, 1, LIGHT)
+KEPT = (0, 1, LIGHT)
 KEPT_SHIFT, KEPT_LIGHT = slice(0, 2), 2
 """Parameters whose covariances are kept, and where."""
 LEAST_VARIANCE = 1.0 / 12.0
@@ -93,7 +93,7 @@ class Progress:
         return np.asarray(self.relative < _SOUND * typical(self.relative))
 
     @cached_property
-    def noise(self) -> float:
+    def variance(self) -> float:
         """Variance of a grey level, that of rounding at least."""
         freedom = np.sum((self.count - self.state.shape[1])[self.sound])
         return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), LEAST_VARIANCE)
@@ -162,20 +162,34 @@ def with_terms(state: FloatArray, count: int) -> FloatArray:
 
 
 def _light_rests(change: FloatArray, last: Progress) -> bool:
-    return float(np.max(np.abs(change[:, LIGHT]))) < _LIGHT_STILL * math.sqrt(last.noise)
+    return float(np.max(np.abs(change[:, LIGHT]))) < _LIGHT_STILL * math.sqrt(last.variance)
 
 
 def _stepped(edges: Edges, state: FloatArray, noise: float, prior: Prior | None) -> Progress:
-    rows, count = _seen(edges, state, noise)
+    rows = linearised(edges, state)
+    count = edges.count - clip_rows(edges, rows, noise)
     normal, wanted, squares = normal_equations(rows)
     if edges.clipped:
         normal, wanted = held_within(normal, wanted, state, (LIGHT, INK), noise)
     solved = _solved(normal, wanted, state, prior)
     step = limited(solved[..., 0])
+    squares = foretold(squares, normal, wanted, step)
+    return Progress(advanced(state, step), solved[..., 1:], squares, count)
+
+
+def advanced(state: FloatArray, step: FloatArray) -> FloatArray:
+    """Return the (n, p) state after a step, the blur within its limits."""
     after = state + step
     after[:, BLUR] = np.minimum(np.maximum(after[:, BLUR], _BLUR_LIMITS[0]), _BLUR_LIMITS[1])
-    squares += np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
-    return Progress(after, solved[..., 1:], np.maximum(squares, 0.0), count)
+    return np.asarray(after)
+
+
+def foretold(
+    squares: FloatArray, normal: FloatArray, wanted: FloatArray, step: FloatArray
+) -> FloatArray:
+    """Return the (n,) sums of squares after (n, p) steps, as the normal equations have them."""
+    change = np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
+    return np.asarray(np.maximum(squares + change, 0.0))
 
 
 def limited(step: FloatArray) -> FloatArray:
@@ -191,14 +205,10 @@ def normal_equations(rows: SingleArray) -> tuple[FloatArray, FloatArray, FloatAr
     return products[..., :-1], products[..., -1], squares
 
 
-def _seen(edges: Edges, state: FloatArray, noise: float) -> tuple[SingleArray, FloatArray]:
-    """Return `linearised` as the sensor clips it, and the (n,) pixels that take part."""
-    rows = linearised(edges, state)
-    return rows, edges.count - _clip(edges, rows, noise) if edges.clipped else edges.count
-
-
-def _clip(edges: Edges, rows: SingleArray, noise: float) -> FloatArray:
+def clip_rows(edges: Edges, rows: SingleArray, noise: float) -> FloatArray:
     """Clip the light behind (p + 1, n, m) rows, in place; return the (n,) pixels that are lost."""
+    if not edges.clipped:
+        return np.zeros(rows.shape[1])
     light = (edges.grey - rows[-1]).ravel()
     near = np.flatnonzero(near_limits(light, noise) & (edges.weight.ravel() > 0.0))
     seen = clipped(light[near], noise)
@@ -215,26 +225,43 @@ def _solved(
     prior: Prior | None = None,
 ) -> FloatArray:
     """Return (n, p, 4): the step, and the covariances with the parameters that are asked for."""
-    # nothing at all is seen of a disc outside of the image
-    damped = normal.copy()
-    diagonal = np.einsum("nii->ni", damped)
-    diagonal *= 1.0 + _DAMPING
-    diagonal += 1e-15
-    right = np.zeros((*wanted.shape, 1 + len(_KEPT)))
-    right[..., 0] = wanted
-    right[:, _KEPT, range(1, 1 + len(_KEPT))] = 1.0
-    if prior is not None and state is not None:
-        diagonal[:, GROWTH:] += prior.precision
-        right[:, GROWTH:, 0] += (prior.mean - state[:, GROWTH:]) * prior.precision
+    right = np.zeros((*wanted.shape, 1 + len(KEPT)))
+    right[:, KEPT, range(1, 1 + len(KEPT))] = 1.0
+    damped, right[..., 0] = with_prior(normal, wanted, state, prior)
     return np.asarray(np.linalg.solve(damped, right))
 
 
-def linearised(edges: Edges, state: FloatArray) -> SingleArray:
-    """Return (p + 1, n, m): derivatives of the grey levels by the parameters, and the residuals."""
+def with_prior(
+    normal: FloatArray,
+    wanted: FloatArray,
+    state: FloatArray | None,
+    prior: Prior | None,
+) -> tuple[FloatArray, FloatArray]:
+    """Return (n, p, p) and (n, p) normal equations, a little damped, with what else is known."""
+    # nothing at all is seen of a disc outside of the image
+    damped, right = normal.copy(), wanted.copy()
+    diagonal = np.einsum("nii->ni", damped)
+    diagonal *= 1.0 + _DAMPING
+    diagonal += 1e-15
+    if prior is not None and state is not None:
+        diagonal[:, GROWTH:] += prior.precision
+        right[:, GROWTH:] += (prior.mean - state[:, GROWTH:]) * prior.precision
+    return damped, right
+
+
+def linearised(edges: Edges, state: FloatArray, out: SingleArray | None = None) -> SingleArray:
+    """Return derivatives of the grey levels by the parameters, and the residuals.
+
+    Args:
+        edges: Pixels around the edges.
+        state: (n, p) parameters.
+        out: (p + 1, n, m) takes them, if given.
+    """
     single = state.astype(np.float32)
     ink = single[:, INK, None]
     terms = edges.terms[: state.shape[1] - LIGHT]
-    rows = np.empty((state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
+    shape = (state.shape[1] + 1, *edges.grey.shape)
+    rows = np.empty(shape, dtype=np.float32) if out is None else out
     # in place from here on, as time goes into memory
     light = combined(single[:, LIGHT:], terms)
     light *= edges.weight

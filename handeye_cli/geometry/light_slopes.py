@@ -85,8 +85,24 @@ def course_of_light(light: Light, marks: FloatArray) -> Course:
 
     A single level says nothing of slopes: the light is then taken to be even.
     """
+    course = even_course(light, marks)
+    if course is not None:
+        return course
+    relative, at, units = _relative(light, marks)
+    return _in_units(_process(relative, at), units)
+
+
+def even_course(light: Light, marks: FloatArray) -> Course | None:
+    """Return the course of light that is even or a little bent over the plate, else None."""
     if len(light.level) < _FEWEST:
         return Course(np.zeros_like(marks), np.full_like(marks, _LEAST**2))
+    relative, at, units = _relative(light, marks)
+    course = _polynomial(relative, at)
+    return None if course is None else _in_units(course, units)
+
+
+def _relative(light: Light, marks: FloatArray) -> tuple[Light, FloatArray, tuple[float, float]]:
+    """Return light and (m, 2) marks in units of a level and a pitch, and these units."""
     level, middle = typical(light.level), light.places.mean(axis=0)
     apart = _squares(light.places, light.places)
     pitch = math.sqrt(typical(np.partition(apart, 1, axis=1)[:, 1]))
@@ -96,9 +112,11 @@ def course_of_light(light: Light, marks: FloatArray) -> Course:
         light.variance / level**2,
         light.fitted,
     )
-    at = (marks - middle) / pitch
-    course = _polynomial(relative, at) or _process(relative, apart / pitch**2, at)
-    return Course(course.mean, course.variance + _LEAST**2).scaled(level, pitch)
+    return relative, (marks - middle) / pitch, (level, pitch)
+
+
+def _in_units(course: Course, units: tuple[float, float]) -> Course:
+    return Course(course.mean, course.variance + _LEAST**2).scaled(*units)
 
 
 def typical(values: FloatArray) -> float:
@@ -142,7 +160,7 @@ def _slopes(at: FloatArray) -> FloatArray:
     return np.stack([np.stack(by_x, axis=1), np.stack(by_y, axis=1)], axis=1)
 
 
-def _process(light: Light, square: FloatArray, at: FloatArray) -> Course:
+def _process(light: Light, at: FloatArray) -> Course:
     """Return slopes and bends of a Gaussian process through the levels.
 
     Over what distance the light changes, and by how much, is what makes the levels most likely. It
@@ -152,7 +170,7 @@ def _process(light: Light, square: FloatArray, at: FloatArray) -> Course:
     places, right = light.places, light.level - 1.0
     common = _PLANE * (1.0 + places @ places.T) + _APART**2 * np.outer(light.fitted, light.fitted)
     common += np.diag(light.variance)
-    bells = _bell(square / (_LENGTHS**2)[:, None, None])
+    bells = _bell(_squares(places, places) / (_LENGTHS**2)[:, None, None])
     likeliest = int(np.argmin(_unlikely(_TYPICAL**2 * bells + common, right)))
     length, bell = float(_LENGTHS[likeliest]), bells[likeliest]
     levels = (_AMOUNTS**2)[:, None, None] * bell + common

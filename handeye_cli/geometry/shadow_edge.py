@@ -1,7 +1,7 @@
 """The edge of a shadow across a plate: a straight, soft step of the light.
 
-Across the edge the light falls as a normal distribution function. Its fourth moment is free, as
-penumbras differ (the first term of a Gram-Charlier series).
+Across the edge the light falls as a normal distribution function. Its fourth and sixth moments are
+free within limits, as penumbras differ (two terms of a Gram-Charlier series).
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ _ORDERS = (3, 5)
 _SIMPLE = 4
 PARAMETERS = _SIMPLE + len(_ORDERS)
 """Of an edge: direction, offset and logarithm of the width in pitches, depth; then moments."""
+SPREADS = np.array([np.inf] * _SIMPLE + [0.03, 0.01])
+"""Standard deviations of the parameters about 0, as far as they are known."""
 _LEAST = np.array([-np.inf, -np.inf, -3.0, 0.01, *[-0.1] * len(_ORDERS)])
 _MOST = np.array([np.inf, np.inf, 1.5, 0.95, *[0.1] * len(_ORDERS)])
 """Limits of the parameters: never full darkness, and always an edge."""
@@ -42,6 +45,7 @@ _UNEVEN = 0.01
 _FEWEST = 12
 """Levels that an edge with four parameters and a plane leave some of."""
 _STEPS, _ENOUGH = 12, 1e-3
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,9 @@ class ShadowEdge:
     Attributes:
         middle: (2,) pixels, and the pitch, from which and in which lengths are measured.
         pitch: Pixels.
-        parameters: (5,) direction to where the shadow lies, radians from u; offset and logarithm
+        parameters: (6,) direction to where the shadow lies, radians from u; offset and logarithm
             of the standard deviation of the edge, in pitches; share of the light that is taken;
-            fourth moment, over 24 and in excess of a Gaussian's.
+            coefficients of the Hermite polynomials of `_ORDERS`.
     """
 
     middle: FloatArray
@@ -61,19 +65,28 @@ class ShadowEdge:
     parameters: FloatArray
 
     def moved(self, step: FloatArray) -> ShadowEdge:
-        """Return the edge with parameters that are larger by a (5,) step, within limits."""
+        """Return the edge with parameters that are larger by a (6,) step, within limits."""
         step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         parameters = np.clip(self.parameters + step, _LEAST, _MOST)
         return ShadowEdge(self.middle, self.pitch, parameters)
+
+    def between(self, places: FloatArray) -> bool:
+        """Return whether the middle of the edge is between (n, 2) places."""
+        direction, offset = self.parameters[:2]
+        across = (places - self.middle) @ np.array([math.cos(direction), math.sin(direction)])
+        return bool(across.min() < offset * self.pitch < across.max())
 
     def left(self, u: FloatArray | SingleArray, v: FloatArray | SingleArray) -> SingleArray:
         """Return the (...) shares of the light that are left at (...) pixels u, v."""
         return self.with_slopes(u, v)[0]
 
     def with_slopes(
-        self, u: FloatArray | SingleArray, v: FloatArray | SingleArray
+        self,
+        u: FloatArray | SingleArray,
+        v: FloatArray | SingleArray,
+        out: SingleArray | None = None,
     ) -> tuple[SingleArray, SingleArray]:
-        """Return the (...) shares that are left and their (5, ...) derivatives."""
+        """Return the (...) shares that are left and their (6, ...) slopes, perhaps in `out`."""
         direction, offset, width, depth, *moments = (np.float32(each) for each in self.parameters)
         x = ((u - self.middle[0]) / self.pitch).astype(np.float32)
         y = ((v - self.middle[1]) / self.pitch).astype(np.float32)
@@ -88,11 +101,15 @@ class ShadowEdge:
         for order, moment in zip(_ORDERS, moments, strict=True):
             taken -= moment * hermite[order]
             steep += moment * hermite[order + 1]
-        steep *= -depth
-        turning = steep * scale * (y * cosine - x * sine)
-        slopes = [turning, -steep * scale, -steep * z, -taken]
-        slopes += [depth * hermite[order] for order in _ORDERS]
-        return np.maximum(1 - depth * taken, _DARKEST), np.stack(slopes)
+        steep *= depth
+        slopes = np.empty((PARAMETERS, *z.shape), np.float32) if out is None else out
+        np.multiply(steep, scale, out=slopes[1])
+        np.multiply(slopes[1], x * sine - y * cosine, out=slopes[0])
+        np.multiply(steep, z, out=slopes[2])
+        np.negative(taken, out=slopes[3])
+        for k, order in enumerate(_ORDERS):
+            np.multiply(depth, hermite[order], out=slopes[_SIMPLE + k])
+        return np.maximum(1 - depth * taken, _DARKEST), slopes
 
 
 @dataclass(frozen=True)
@@ -142,7 +159,7 @@ class _LevelsInShadow:
 def edge_in(light: Light, pitch: float) -> ShadowEdge | None:
     """Return the edge of the shadow that explains levels best, None where a plane does as well.
 
-    A few levels show no edge.
+    A few levels show no edge, nor is one beside the plate the edge of a shadow on it.
 
     Args:
         light: Levels all over a plate.
@@ -153,54 +170,66 @@ def edge_in(light: Light, pitch: float) -> ShadowEdge | None:
     middle = light.places.mean(axis=0)
     extent = float(np.max(np.abs(light.places - middle)))
     x, y = (light.places - middle).T / extent
-    weight = 1.0 / (light.variance + (_UNEVEN * typical(light.level)) ** 2)
+    root = np.asarray((light.variance + (_UNEVEN * typical(light.level)) ** 2) ** -0.5, dtype=float)
     terms = np.stack([np.ones_like(x), x, y])
-    if _missed_by_plane(light.level, weight, terms) < len(x):
+    plane = np.linalg.qr((terms * root).T)[0]
+    left = root * light.level
+    left = left - plane @ (plane.T @ left)
+    if left @ left < len(x):
         return None
-    direction, offset, width = (
-        each.ravel() for each in np.meshgrid(_DIRECTIONS, _OFFSETS, _WIDTHS * pitch / extent)
-    )
-    across = np.outer(np.cos(direction), x) + np.outer(np.sin(direction), y)
+    steps = _steps(np.stack([x, y]), pitch / extent)
+    chosen = _best_of(root * steps.taken, (plane, left), -_SHALLOWEST * typical(light.level))
+    if chosen is None:
+        return None
+    direction, offset, width = steps.parameters[:, chosen]
+    basis = np.concatenate([terms, steps.taken[chosen, None]])
+    factors = np.linalg.lstsq((basis * root).T, root * light.level, rcond=None)[0]
+    pitches = extent / pitch
+    parameters = [direction, offset * pitches, math.log(width * pitches), -factors[-1] / factors[0]]
+    edge = ShadowEdge(middle, pitch, np.array([*parameters, *_EVEN])).moved(np.zeros(PARAMETERS))
+    start = _LevelsInShadow(light.level, root**2, terms, light.places.T, factors[:-1], edge)
+    edge = descended(start, most=_STEPS, enough=_ENOUGH).edge
+    return edge if edge.between(light.places) else None
+
+
+class _Steps(NamedTuple):
+    """The c steps of the light to begin with.
+
+    Attributes:
+        parameters: (3, c) directions, offsets and widths.
+        taken: (c, n) shares of the light that they take, if all.
+    """
+
+    parameters: FloatArray
+    taken: FloatArray
+
+
+def _steps(places: FloatArray, pitch: float) -> _Steps:
+    """Return steps of the light at (2, n) places in units of the plate's half extent."""
+    grid = np.meshgrid(_DIRECTIONS, _OFFSETS, _WIDTHS * pitch)
+    direction, offset, width = parameters = np.reshape(grid, (3, -1))
+    across = np.stack([np.cos(direction), np.sin(direction)], axis=1) @ places
     across = (across - offset[:, None]) / width[:, None]
     taken, _ = normal_distribution(across.astype(np.float32))
-    chosen, factors = _best_of(light.level, weight, terms, taken.astype(float))
-    parameters = [
-        direction[chosen],
-        offset[chosen] * extent / pitch,
-        math.log(width[chosen] * extent / pitch),
-        -factors[-1] / factors[0],
-        *_EVEN,
-    ]
-    edge = ShadowEdge(middle, pitch, np.array(parameters)).moved(np.zeros(PARAMETERS))
-    start = _LevelsInShadow(light.level, weight, terms, light.places.T, factors[:-1], edge)
-    return descended(start, most=_STEPS, enough=_ENOUGH).edge
-
-
-def _missed_by_plane(level: FloatArray, weight: FloatArray, terms: FloatArray) -> float:
-    """Return the weighted sum of squares that (3, n) terms of a plane leave of (n,) levels."""
-    factors = np.linalg.lstsq((terms * np.sqrt(weight)).T, level * np.sqrt(weight), rcond=None)[0]
-    return float(np.sum(weight * (level - factors @ terms) ** 2))
+    return _Steps(parameters, taken.astype(float))
 
 
 def _best_of(
-    level: FloatArray, weight: FloatArray, terms: FloatArray, taken: FloatArray
-) -> tuple[int, FloatArray]:
-    """Return which of c steps explains levels best, and the (4,) factors of plane and step.
+    steps: FloatArray, levels: tuple[FloatArray, FloatArray], highest: float
+) -> int | None:
+    """Return which step explains best what a plane leaves of levels.
 
     Args:
-        level: (n,) levels.
-        weight: (n,) of the levels.
-        terms: (3, n) of the plane.
-        taken: (c, n) steps.
+        steps: (c, n) steps, weighted as the levels are.
+        levels: (n, 3) orthonormal basis of planes, and the (n,) levels without their part in it.
+        highest: Factor of a step that is not above this makes the light darker.
+
+    Returns:
+        Number of the step, None if none makes the light darker.
     """
-    plane = np.broadcast_to(terms, (len(taken), *terms.shape))
-    basis = np.concatenate([plane, taken[:, None]], axis=1)
-    weighted = basis * weight
-    normal = weighted @ np.swapaxes(basis, 1, 2)
-    normal += 1e-9 * weight.sum() * np.eye(len(terms) + 1)
-    right = weighted @ level
-    factors = np.linalg.solve(normal, right[..., None])[..., 0]
-    explained = np.sum(factors * right, axis=1)
-    darker = factors[:, -1] < -_SHALLOWEST * factors[:, 0]
-    chosen = int(np.argmax(np.where(darker, explained, -np.inf)))
-    return chosen, factors[chosen]
+    plane, left = levels
+    steps = steps - (steps @ plane) @ plane.T
+    along, square = steps @ left, np.sum(steps * steps, axis=1)
+    darker = along < highest * square
+    explained = np.where(darker, along * along / np.maximum(square, _TINY), -1.0)
+    return int(np.argmax(explained)) if darker.any() else None

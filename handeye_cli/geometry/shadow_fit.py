@@ -1,7 +1,8 @@
 """Discs that the edge of a shadow crosses, and that edge, fitted to the discs' pixels together.
 
 Within a disc the edge of a shadow may be sharper than the light's plane or quadratic can follow.
-But it is one edge for all discs: few parameters, which their pixels know well.
+But it is one edge for all discs: few parameters, which the levels of the light all over the plate
+tell nearly, and the pixels well.
 """
 
 from __future__ import annotations
@@ -9,154 +10,226 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from handeye_cli.geometry.descent import descended
-from handeye_cli.geometry.disc_conics import Conics
-from handeye_cli.geometry.disc_edges import Edges
+from handeye_cli.geometry.disc_edges import Edges, LargeDiscs, LinearEdges
 from handeye_cli.geometry.disc_pixels import FloatArray, SingleArray
-from handeye_cli.geometry.disc_priors import Surface
+from handeye_cli.geometry.disc_priors import BoolArray, Surface
 from handeye_cli.geometry.disc_steps import (
     COURSE,
     GROWTH,
     INK,
+    KEPT,
     LIGHT,
     Prior,
     Progress,
+    advanced,
+    clip_rows,
+    foretold,
     limited,
     linearised,
-    settled,
+    normal_equations,
+    with_prior,
     with_terms,
 )
 from handeye_cli.geometry.light_slopes import typical
-from handeye_cli.geometry.shadow_edge import PARAMETERS, ShadowEdge, edge_in
+from handeye_cli.geometry.sensor_limits import held_within
+from handeye_cli.geometry.shadow_edge import PARAMETERS, SPREADS, ShadowEdge, edge_in
 
-_PIXELS = 200
-"""Of a disc, which are enough for what all discs share."""
-_STEPS, _ENOUGH = 8, 1e-3
-_TINY = 1e-9
-_SLACK = 0.003
+_ENOUGH = 100
+"""Pixels of a disc that are enough for a first step."""
+_DAMPING, _TINY = 1e-3, 1e-9
+"""Of the steps of the shadow's edge."""
+_SLACK = 0.006
 """What a shadow's edge may miss of the change of the light over a pitch, in levels."""
 
-PriorOf = Callable[[Surface, Progress], Prior]
+_MOST_CLIPPED = 0.1
+"""Share of the pixels at the limits of the sensor with which levels still tell of shadows."""
+
+Shared = Callable[[Prior, Progress], Prior]
+Believed = Callable[[SingleArray, Progress], SingleArray]
 
 
 @dataclass(frozen=True)
-class _DiscsInShadow:
-    """Discs under the edge of a shadow; `Descending`.
+class Before:
+    """What is known of discs without the edge of a shadow.
 
     Attributes:
-        edges: Pixels of the discs, in full light.
-        places: (2, n, m) where they are in the image.
-        prior: What is known of the discs.
-        state: (n, p) their parameters, in full light.
-        shadow: The shadow's edge.
+        discs: The discs.
+        surface: Where more is known of the light.
+        trusted: (n,) discs whose levels can be trusted.
+        shared: What else is known of the discs, by what the light says of them.
     """
 
-    edges: Edges
-    places: SingleArray
-    prior: Prior
-    state: FloatArray
+    discs: Progress
+    surface: Surface
+    trusted: BoolArray
+    shared: Shared
+
+    def prior_under(self, shadow: ShadowEdge) -> Prior:
+        """Return what is known of the discs in full light, if this is the shadow's edge."""
+        unshaded = _brighter(self.discs.state, 1.0 / shadow.left(*self.surface.places.T))
+        prior = self.surface.lit(shadow).prior(replace(self.discs, state=unshaded), self.trusted)
+        level = _SLACK * typical(unshaded[:, LIGHT])
+        prior = self.shared(prior, self.discs)
+        return _loosened(prior, self.discs.variance, (level, self.surface.pitch))
+
+
+@dataclass(frozen=True)
+class _Stand:
+    """What a step in shadow reached.
+
+    Attributes:
+        discs: The discs in full light.
+        shadow: The shadow's edge.
+        residuals: (n, m) grey levels that were left before the step.
+    """
+
+    discs: Progress
     shadow: ShadowEdge
-
-    @cached_property
-    def _products(self) -> FloatArray:
-        """(n, p + 6, p + 6) products of derivatives by discs and shadow, and of residuals."""
-        left, slopes = self.shadow.with_slopes(*self.places)
-        rows = linearised(replace(self.edges, terms=self.edges.terms * left), self.state)
-        seen = (self.edges.grey - rows[-1]) / left
-        rows = np.concatenate([rows[:-1], slopes * seen, rows[-1:]])
-        return np.asarray(np.matmul(rows.swapaxes(0, 1), rows.transpose(1, 2, 0)), dtype=float)
-
-    @cached_property
-    def cost(self) -> float:
-        """Sum of squared residuals."""
-        return float(np.sum(self._products[:, -1, -1]))
-
-    def stepped(self, damping: float) -> _DiscsInShadow:
-        """Return the discs and the shadow after a damped step.
-
-        The normal equations are those of the discs, one by one, bordered by the shadow's.
-        """
-        count = self.state.shape[1]
-        products = self._products.copy()
-        diagonal = np.einsum("nii->ni", products)[:, :-1]
-        diagonal *= 1.0 + damping
-        diagonal += _TINY
-        diagonal[:, GROWTH:count] += self.prior.precision
-        off = (self.prior.mean - self.state[:, GROWTH:]) * self.prior.precision
-        products[:, GROWTH:count, -1] += off
-        discs, both = products[:, :count, :count], products[:, :count, count:]
-        solved = np.linalg.solve(discs, both)
-        border = products[:, count:-1, count:] - np.swapaxes(both[..., :-1], 1, 2) @ solved
-        border = border.sum(axis=0)
-        step = np.linalg.solve(border[:, :PARAMETERS], border[:, PARAMETERS])
-        change = solved[..., -1] - solved[..., :-1] @ step
-        return replace(self, state=self.state + limited(change), shadow=self.shadow.moved(step))
+    residuals: SingleArray
 
 
 def settled_in_shadow(
-    edges: Edges, conics: Conics, last: Progress, surface: Surface, prior_of: PriorOf
-) -> Progress:
+    edges: LargeDiscs | LinearEdges,
+    origin: FloatArray,
+    state: FloatArray,
+    before: Before,
+    believed: Believed | None = None,
+) -> Progress | None:
     """Fit discs and the edge of a shadow, if there is one.
 
     Args:
         edges: Pixels of the discs.
-        conics: The outlines of the discs.
-        last: What is known without the edge.
-        surface: Where more is known of the light.
-        prior_of: What that says about the discs.
+        origin: (n, 2) whole pixels from which they are counted.
+        state: (n, p) where to start.
+        before: What is known without the edge.
+        believed: (n, m) weights of the pixels by their residuals, if some are not to be believed.
 
     Returns:
-        What is known with the edge of the shadow, the light in the middle of the discs as it is
-        seen there; what was known before if that explains the pixels as well.
+        What is known with the edge; None if there is none, or none that explains the pixels better.
     """
-    apart = np.linalg.norm(surface.places[:, None] - surface.places, axis=-1)
-    pitch = typical(np.partition(apart, 1, axis=1)[:, 1])
-    light = surface.light(last, last.sound)
-    shadow = edge_in(light, pitch)
+    first, surface, trusted = before.discs, before.surface, before.trusted
+    shadow = _shadow_over(edges, before)
     if shadow is None:
-        return last
-    slack = (_SLACK * typical(light.level), pitch)
-    begun = _without(last, shadow, surface)
-    prior = _loosened(prior_of(surface.lit(shadow), begun), begun.noise, slack)
-    state = with_terms(begun.state[:, : LIGHT + 1], GROWTH + prior.mean.shape[1])
-    state[:, COURSE] = prior.mean[:, COURSE.start - GROWTH :]
-    origin = conics.origin.T[..., None].astype(np.float32)
-    some = edges.some(state[:, :INK].astype(np.float32), _PIXELS)
-    start = _DiscsInShadow(some, some.terms[1:3] + origin, prior, state, shadow)
-    fit = descended(start, most=_STEPS, enough=_ENOUGH)
-    shadow, state = fit.shadow, fit.state
-    prior = prior_of(surface.lit(shadow), replace(begun, state=state))
-    prior = _loosened(prior, begun.noise, slack)
-    dimmed = replace(edges, terms=edges.terms * shadow.left(*(edges.terms[1:3] + origin)))
-    after = settled(dimmed, state, conics.by_shift, math.sqrt(last.noise), prior)
-    return last if after.noise > last.noise else _without(after, shadow, surface, back=True)
+        return None
+    prior = before.prior_under(shadow)
+    begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
+    places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
+    step = max(edges.grey.shape[1] // _ENOUGH, 1)
+    stand = _Stand(replace(first, state=begun), shadow, edges.grey)
+    stand = _stepped(edges.every(step), places[..., ::step], stand, prior, trusted)
+    # the course of the light beside the shadow follows its edge
+    prior = before.prior_under(stand.shadow)
+    stand = _stepped(edges, places, _with_course(stand, prior), prior, trusted)
+    if believed is not None:
+        weight = believed(stand.residuals, stand.discs)
+        edges = replace(edges, weight=weight, grey=edges.grey * weight)
+    if believed is not None or edges.clipped:
+        stand = _stepped(edges, places, stand, prior, trusted)
+    return None if stand.discs.variance > first.variance else _as_seen(stand, surface)
 
 
-def _without(
-    progress: Progress, shadow: ShadowEdge, surface: Surface, *, back: bool = False
-) -> Progress:
-    """Return what is known as it would be without the shadow, or the way back."""
-    left = shadow.left(*surface.places.T)
-    state = progress.state.copy()
-    state[:, LIGHT] *= left if back else 1.0 / left
-    return replace(progress, state=state)
+def _shadow_over(edges: Edges, before: Before) -> ShadowEdge | None:
+    """Return the edge of a shadow that the levels of the light show, if they tell of shadows."""
+    if len(edges.at_limits) > _MOST_CLIPPED * edges.count.sum():
+        return None
+    surface = before.surface
+    return edge_in(surface.light(before.discs, before.trusted), surface.pitch)
 
 
-def _loosened(prior: Prior, noise: float, slack: tuple[float, float]) -> Prior:
+def _begun(state: FloatArray, times: SingleArray, prior: Prior) -> FloatArray:
+    """Return the (n, p) state in full light, so many times as bright, which a prior tells of."""
+    begun = with_terms(_brighter(state[:, : LIGHT + 1], times), GROWTH + prior.mean.shape[1])
+    begun[:, COURSE] = prior.mean[:, COURSE.start - GROWTH :]
+    return begun
+
+
+def _as_seen(stand: _Stand, surface: Surface) -> Progress:
+    """Return discs with the light that is left of the full one in the middle of each."""
+    left = stand.shadow.left(*surface.places.T)
+    return replace(stand.discs, state=_brighter(stand.discs.state, left))
+
+
+def _with_course(stand: _Stand, prior: Prior) -> _Stand:
+    """Return the same with as many terms of the light as a prior knows."""
+    state = with_terms(stand.discs.state, GROWTH + prior.mean.shape[1])
+    return replace(stand, discs=replace(stand.discs, state=state))
+
+
+def _stepped(
+    edges: Edges, places: SingleArray, stand: _Stand, prior: Prior, trusted: BoolArray
+) -> _Stand:
+    """Return discs and shadow after a step.
+
+    The normal equations are those of the discs, one by one, bordered by the shadow's. What the
+    shadow leaves unknown is part of the discs' covariances.
+    """
+    state, shadow = stand.discs.state, stand.shadow
+    rows = _rows(edges, places, state, shadow)
+    noise = math.sqrt(stand.discs.variance)
+    count = edges.count - clip_rows(edges, rows, noise)
+    normal, wanted, squares = normal_equations(rows)
+    own, right = normal[:, PARAMETERS:, PARAMETERS:], wanted[:, PARAMETERS:]
+    if edges.clipped:
+        own, right = held_within(own, right, state, (LIGHT, INK), noise)
+    own, right = with_prior(own, right, state, prior)
+    both = normal[:, PARAMETERS:, :PARAMETERS]
+    kept = np.broadcast_to(np.eye(state.shape[1])[:, KEPT], (*state.shape, len(KEPT)))
+    solved = np.linalg.solve(own, np.concatenate([both, right[..., None], kept], axis=2))
+    by_shadow, alone = solved[..., :PARAMETERS], solved[..., PARAMETERS]
+    border = normal[:, :PARAMETERS, :PARAMETERS] - np.swapaxes(both, 1, 2) @ by_shadow
+    due = wanted[:, :PARAMETERS] - np.sum(both * alone[..., None], axis=1)
+    precision = stand.discs.variance / SPREADS**2
+    inverse = _inverse(border[trusted].sum(axis=0) + np.diag(precision))
+    off = np.where(np.isfinite(SPREADS), shadow.parameters, 0.0)
+    moved = shadow.moved(inverse @ (due[trusted].sum(axis=0) - off * precision))
+    turn = moved.parameters - shadow.parameters
+    step = limited(alone - by_shadow @ turn)
+    spread = solved[..., PARAMETERS + 1 :]
+    spread = spread + by_shadow @ inverse @ np.swapaxes(by_shadow[:, KEPT], 1, 2)
+    change = np.concatenate([np.broadcast_to(turn, (len(step), PARAMETERS)), step], axis=1)
+    squares = foretold(squares, normal, wanted, change)
+    return _Stand(Progress(advanced(state, step), spread, squares, count), moved, rows[-1])
+
+
+def _rows(edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEdge) -> SingleArray:
+    """Return derivatives by the parameters of the shadow, then what `linearised` has of discs."""
+    rows = np.empty((PARAMETERS + state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
+    left, slopes = shadow.with_slopes(places[0], places[1], rows[:PARAMETERS])
+    dimmed = replace(edges, terms=edges.terms[: state.shape[1] - LIGHT] * left)
+    linearised(dimmed, state, out=rows[PARAMETERS:])
+    seen = edges.grey - rows[-1]
+    seen /= left
+    slopes *= seen
+    return rows
+
+
+def _inverse(border: FloatArray) -> FloatArray:
+    """Return the inverse of the (6, 6) normal matrix of a shadow's edge, damped."""
+    damping = np.diag(_DAMPING * np.diag(border) + _TINY)
+    return np.asarray(np.linalg.inv(border + damping))
+
+
+def _brighter(state: FloatArray, times: FloatArray | SingleArray) -> FloatArray:
+    """Return a (n, p) state in light that is (n,) times as bright in the middle of the discs."""
+    out = state.copy()
+    out[:, LIGHT] *= times
+    return out
+
+
+def _loosened(prior: Prior, variance: float, slack: tuple[float, float]) -> Prior:
     """Return a prior of the light that allows for what a model of shadows does not know.
 
     Args:
         prior: Of discs without the shadow.
-        noise: Variance of a grey level.
+        variance: Of a grey level.
         slack: Grey levels over a length in pixels by which the light may change besides.
     """
     level, length = slack
     precision = prior.precision.copy()
     course = precision[:, COURSE.start - GROWTH :]
     size = level / length ** np.array([1, 1, 2, 2, 2])[: course.shape[1]]
-    course /= 1.0 + course * size**2 / noise
+    course /= 1.0 + course * size**2 / variance
     return replace(prior, precision=precision)

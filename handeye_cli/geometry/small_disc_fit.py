@@ -8,15 +8,25 @@ paper, such as the end of the plate, are found by what the fit leaves of them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from handeye_cli.geometry.disc_conics import Conics
-from handeye_cli.geometry.disc_pixels import FloatArray
+from handeye_cli.geometry.disc_edges import Edges, LinearEdges
+from handeye_cli.geometry.disc_pixels import FloatArray, SingleArray
 from handeye_cli.geometry.disc_priors import BoolArray, Surface, alike
-from handeye_cli.geometry.disc_steps import LEAST_VARIANCE, Prior, Progress, linearised, settled
+from handeye_cli.geometry.disc_steps import (
+    BLUR,
+    INK,
+    LEAST_VARIANCE,
+    Prior,
+    Progress,
+    linearised,
+    settled,
+)
 from handeye_cli.geometry.light_slopes import typical
-from handeye_cli.geometry.shadow_fit import settled_in_shadow
+from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow
 from handeye_cli.geometry.small_discs import SmallDiscs
 
 _SPREAD_AT_FIRST, _SPREAD = (0.05, 0.2, 0.1), (0.01, 0.05, 0.02)
@@ -32,11 +42,7 @@ _FEWEST = 9
 
 
 def settled_small(
-    discs: SmallDiscs,
-    state: FloatArray,
-    conics: Conics,
-    noise: float,
-    light: tuple[Surface, Prior],
+    discs: SmallDiscs, state: FloatArray, conics: Conics, first: Progress, surface: Surface
 ) -> Progress:
     """Take steps until small discs stay where they are.
 
@@ -44,36 +50,57 @@ def settled_small(
         discs: The discs and their pixels.
         state: (n, p) where to start.
         conics: Their outlines.
-        noise: Variance of a grey level, as far as it is known.
-        light: Where more can be learned of the light, and what is known.
+        first: What is known.
+        surface: Where more can be learned of the light.
     """
-    surface, prior = light
-    some = discs
+    prior = alike(surface.prior(first, first.sound), state, first.variance, _SPREAD_AT_FIRST)
 
-    def prior_of(surface: Surface, last: Progress) -> Prior:
-        return alike(surface.prior(last, _trusted(some, last)), last.state, last.noise, _SPREAD)
+    def believed(residuals: SingleArray, last: Progress) -> SingleArray:
+        return discs.without(_strange(residuals, last)).weight
 
-    prior = alike(prior, state, noise, _SPREAD_AT_FIRST)
-    last = settled(some, state, conics.by_shift, math.sqrt(noise), prior)
+    near = _linear(discs.roughly(), state)
+    last = settled(near, state, conics.by_shift, math.sqrt(first.variance), prior)
+    near = whole = _linear(discs, last.state)
     for _ in range(_ROUNDS):
-        before = last.noise
-        some = discs.without(_strange(discs, last))
-        prior = prior_of(surface, last)
-        last = settled(some, last.state, conics.by_shift, math.sqrt(last.noise), prior)
-        if last.noise > _STILL * before:
+        near = _without(near, discs.without(_strange(linearised(near, last.state)[-1], last)))
+        trusted = _trusted(near, discs, last)
+        prior = _alike(surface.prior(last, trusted), last)
+        after = settled(near, last.state, conics.by_shift, math.sqrt(last.variance), prior)
+        still = after.variance > _STILL * last.variance
+        last = after
+        if still:
             break
-    if prior.bent and not some.clipped:
-        return settled_in_shadow(some, conics, last, surface, prior_of)
-    return last
+        near = whole = _linear(discs, last.state)
+    if not prior.bent:
+        return last
+    # what was strange in an even light need not be in a shadow
+    before = Before(last, surface, last.sound, _alike)
+    shadowed = settled_in_shadow(whole, conics.origin, last.state, before, believed)
+    return last if shadowed is None else shadowed
 
 
-def _strange(discs: SmallDiscs, last: Progress) -> BoolArray:
-    """Return the (n, m) pixels that see neither discs nor paper."""
+def _alike(prior: Prior, last: Progress) -> Prior:
+    return alike(prior, last.state, last.variance, _SPREAD)
+
+
+def _linear(discs: SmallDiscs, state: FloatArray) -> LinearEdges:
+    """Return discs linearised in their shape, as steps are small and the exact image is slow."""
+    shape = state[:, :INK].astype(np.float32)
+    shape[:, BLUR] = typical(state[:, BLUR])
+    return discs.linear(shape)
+
+
+def _without(near: LinearEdges, some: SmallDiscs) -> LinearEdges:
+    return replace(near, weight=some.weight, grey=some.grey, at_limits=some.at_limits)
+
+
+def _strange(residuals: SingleArray, last: Progress) -> BoolArray:
+    """Return the (n, m) pixels that see neither discs nor paper, by their residuals."""
     noise = math.sqrt(max(typical(last.relative), LEAST_VARIANCE))
-    return np.asarray(np.abs(linearised(discs, last.state)[-1]) > _STRANGE * noise)
+    return np.asarray(np.abs(residuals) > _STRANGE * noise)
 
 
-def _trusted(discs: SmallDiscs, last: Progress) -> BoolArray:
+def _trusted(near: Edges, discs: SmallDiscs, last: Progress) -> BoolArray:
     """Return the (n,) discs whose light is known, those beside strange pixels only if need be."""
-    whole = last.sound & (discs.count > _WHOLE * discs.held.sum(axis=1))
+    whole = last.sound & (near.count > _WHOLE * discs.held.sum(axis=1))
     return whole if whole.sum() > _FEWEST else last.sound

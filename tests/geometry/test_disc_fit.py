@@ -313,3 +313,19 @@ def test_discs_that_the_edge_of_a_shadow_crosses_reach_the_bound(distance, shado
     # light as it is seen, from ink to paper
     lit = (view.truth - view.truth.mean(axis=0)) @ [np.cos(0.6), np.sin(0.6)] < -3 * shadow_px
     assert np.median(fit.contrast[lit]) == pytest.approx(170.0, rel=0.15)
+
+
+def test_a_sharp_shadow_beside_some_clipped_light_reaches_the_bound():
+    """Some paper is white, which does not hide what the shadow does elsewhere."""
+    rng = np.random.default_rng(67)
+    view = View.at(rng, 20.0, 0.065)
+    scenery = Scenery(shadow=0.5, shadow_px=14.0, shadow_angle=0.6)
+    light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=replace(LIGHT, paper=256.0))
+    light *= shade(CAMERA, scenery, view.truth.mean(axis=0))
+    bound = view.bound(scenery=scenery, paper=256.0, noise=2.0)
+    errors = []
+    for _ in range(3):
+        picture = expose(light, 2.0, rng)
+        assert 0.0005 < np.mean(picture == 255) < 0.1
+        errors.append(view.fit(rng, picture).pixels - view.truth)
+    assert np.sqrt(np.mean(np.square(errors))) / bound < 1.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from handeye_cli.geometry.light_slopes import Light, course_of_light
+from handeye_cli.geometry.light_slopes import Light, course_of_light, even_course
 
 GRID = 24.0 * np.stack(np.meshgrid(np.arange(6), np.arange(6)), axis=-1).reshape(-1, 2)
 BETWEEN = 24.0 * (0.5 + np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2))
@@ -91,3 +91,14 @@ def test_light_that_is_hardly_known_is_taken_to_be_even(count):
     assert not course.bent
     np.testing.assert_array_equal(course.mean, np.zeros((3, 2)))
     assert np.all(course.variance > 0.0)
+
+
+def test_light_is_even_or_bent_by_a_shadow():
+    def shaded(at):
+        return 150.0 - 60.0 * (at[..., 0] > 200.0)
+
+    flat = noisy(lambda at: 100.0 + 0.1 * at[..., 0], np.random.default_rng(5))
+    np.testing.assert_array_equal(even_course(flat, MARKS).mean, course_of_light(flat, MARKS).mean)
+    dark = noisy(shaded, np.random.default_rng(6))
+    assert even_course(dark, MARKS) is None
+    assert course_of_light(dark, MARKS).bent

@@ -93,6 +93,14 @@ def test_a_few_levels_show_no_edge():
     assert edge_in(some, PITCH) is None
 
 
+def test_an_edge_beside_the_plate_is_none_on_it():
+    assert edge(0.0, 2.9).between(PLACES)
+    assert not edge(0.0, 3.1).between(PLACES)
+    assert not edge(0.0, -3.1).between(PLACES)
+    # the corners of the plate are farther away than its sides
+    assert edge(np.pi / 4, 3.1).between(PLACES)
+
+
 def test_some_light_is_always_left():
     dark = edge(depth=0.95, moments=(-0.1, 0.1))
     u, v = np.random.default_rng(6).uniform(150, 470, (2, 2000))
