@@ -37,7 +37,7 @@ from handeye_cli.geometry.disc_steps import (
 )
 from handeye_cli.geometry.light_slopes import typical
 from handeye_cli.geometry.sensor_limits import FIRST_NOISE
-from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow
+from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow, shadow_over
 from handeye_cli.geometry.small_disc_fit import settled_small
 from handeye_cli.geometry.small_discs import SmallDiscs
 
@@ -147,18 +147,22 @@ def _settled_large(
     band, growth = _band(first.blur, shadowed=prior is None), typical(first.state[:, GROWTH])
     pixels = band_pixels(image, conics, band)
     edges = measure(conics, pixels, others, growth, blur=first.blur, band=band)
+    shadow = None
     if prior is None:
         before = Before(first, surface, first.sound, lambda prior, _: prior)
-        last = settled_in_shadow(edges, conics.origin, state, before)
+        shadow = shadow_over(edges, before)
+        last = settled_in_shadow(edges, conics.origin, state, before, shadow)
         if last is not None:
             return last
     prior = prior or surface.prior(first, first.sound)
     last = settled(edges, state, conics.by_shift, noise, prior)
     if not edges.clipped:
+        if not prior.bent or (shadow is not None and not shadow.sharp):
+            return last
         # levels that a smooth course explains show very sharp edges, which the first ones do not
         before = Before(last, surface, last.sound, lambda prior, _: prior)
-        again = settled_in_shadow(edges, conics.origin, last.state, before) if prior.bent else None
-        return last if again is None else again
+        shadow = shadow_over(edges, before)
+        return settled_in_shadow(edges, conics.origin, last.state, before, shadow) or last
     # light beyond the limits shows in the edges alone, which now are known better
     prior = surface.prior(last, last.sound)
     return settled(edges, last.state, conics.by_shift, math.sqrt(last.variance), prior)

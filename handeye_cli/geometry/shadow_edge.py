@@ -38,6 +38,8 @@ _DIRECTIONS = 2.0 * np.pi * np.arange(12) / 12
 _OFFSETS = np.linspace(-0.6, 0.6, 7)
 _WIDTHS = np.array([0.2, 0.6, 1.8])
 """Edges to begin with: radians, shares of the plate's half extent, pitches."""
+_SOFTEST = 1.05
+"""Width of an edge, in pitches, from which on the light is smooth within a disc as it is."""
 _SHALLOWEST = 0.03
 """Least share of the light that a shadow takes."""
 _UNEVEN = 0.01
@@ -69,6 +71,11 @@ class ShadowEdge:
         step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         parameters = np.clip(self.parameters + step, _LEAST, _MOST)
         return ShadowEdge(self.middle, self.pitch, parameters)
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the light changes much within a disc."""
+        return bool(math.exp(self.parameters[2]) <= _SOFTEST)
 
     def between(self, places: FloatArray) -> bool:
         """Return whether the middle of the edge is between (n, 2) places."""

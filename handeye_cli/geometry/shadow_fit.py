@@ -91,52 +91,58 @@ class _Stand:
     residuals: SingleArray
 
 
+def shadow_over(edges: Edges, before: Before) -> ShadowEdge | None:
+    """Return the edge of a shadow that the levels of the light show, if they tell of shadows.
+
+    Args:
+        edges: Pixels of the discs.
+        before: What is known without the edge.
+    """
+    if len(edges.at_limits) > _MOST_CLIPPED * edges.count.sum():
+        return None
+    surface = before.surface
+    return edge_in(surface.light(before.discs, before.trusted), surface.pitch)
+
+
 def settled_in_shadow(
     edges: LargeDiscs | LinearEdges,
     origin: FloatArray,
     state: FloatArray,
     before: Before,
+    shadow: ShadowEdge | None,
+    *,
     believed: Believed | None = None,
 ) -> Progress | None:
-    """Fit discs and the edge of a shadow, if there is one.
+    """Fit discs and the edge of a shadow, if there is one and it is sharp.
 
     Args:
         edges: Pixels of the discs.
         origin: (n, 2) whole pixels from which they are counted.
         state: (n, p) where to start.
         before: What is known without the edge.
+        shadow: The edge as levels of the light show it; see `shadow_over`.
         believed: (n, m) weights of the pixels by their residuals, if some are not to be believed.
 
     Returns:
-        What is known with the edge; None if there is none, or none that explains the pixels better.
+        What is known with the edge; None if there is none, the light needs none within the discs,
+        or it does not explain the pixels better.
     """
-    first, surface, trusted = before.discs, before.surface, before.trusted
-    shadow = _shadow_over(edges, before)
-    if shadow is None:
+    if shadow is None or not shadow.sharp:
         return None
+    first, surface, trusted = before.discs, before.surface, before.trusted
     prior = before.prior_under(shadow)
     begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
     places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
     step = max(edges.grey.shape[1] // _ENOUGH, 1)
     stand = _Stand(replace(first, state=begun), shadow, edges.grey)
     stand = _stepped(edges.every(step), places[..., ::step], stand, prior, trusted)
-    # the course of the light beside the shadow follows its edge
-    prior = before.prior_under(stand.shadow)
-    stand = _stepped(edges, places, _with_course(stand, prior), prior, trusted)
+    stand = _stepped(edges, places, stand, prior, trusted)
     if believed is not None:
         weight = believed(stand.residuals, stand.discs)
         edges = replace(edges, weight=weight, grey=edges.grey * weight)
     if believed is not None or edges.clipped:
         stand = _stepped(edges, places, stand, prior, trusted)
     return None if stand.discs.variance > first.variance else _as_seen(stand, surface)
-
-
-def _shadow_over(edges: Edges, before: Before) -> ShadowEdge | None:
-    """Return the edge of a shadow that the levels of the light show, if they tell of shadows."""
-    if len(edges.at_limits) > _MOST_CLIPPED * edges.count.sum():
-        return None
-    surface = before.surface
-    return edge_in(surface.light(before.discs, before.trusted), surface.pitch)
 
 
 def _begun(state: FloatArray, times: SingleArray, prior: Prior) -> FloatArray:
@@ -150,12 +156,6 @@ def _as_seen(stand: _Stand, surface: Surface) -> Progress:
     """Return discs with the light that is left of the full one in the middle of each."""
     left = stand.shadow.left(*surface.places.T)
     return replace(stand.discs, state=_brighter(stand.discs.state, left))
-
-
-def _with_course(stand: _Stand, prior: Prior) -> _Stand:
-    """Return the same with as many terms of the light as a prior knows."""
-    state = with_terms(stand.discs.state, GROWTH + prior.mean.shape[1])
-    return replace(stand, discs=replace(stand.discs, state=state))
 
 
 def _stepped(

@@ -26,7 +26,7 @@ from handeye_cli.geometry.disc_steps import (
     settled,
 )
 from handeye_cli.geometry.light_slopes import typical
-from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow
+from handeye_cli.geometry.shadow_fit import Before, settled_in_shadow, shadow_over
 from handeye_cli.geometry.small_discs import SmallDiscs
 
 _SPREAD_AT_FIRST, _SPREAD = (0.05, 0.2, 0.1), (0.01, 0.05, 0.02)
@@ -75,7 +75,10 @@ def settled_small(
         return last
     # what was strange in an even light need not be in a shadow
     before = Before(last, surface, last.sound, _alike)
-    shadowed = settled_in_shadow(whole, conics.origin, last.state, before, believed)
+    shadow = shadow_over(whole, before)
+    shadowed = settled_in_shadow(
+        whole, conics.origin, last.state, before, shadow, believed=believed
+    )
     return last if shadowed is None else shadowed
 
 

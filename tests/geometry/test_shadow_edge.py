@@ -70,6 +70,7 @@ def test_the_edge_of_a_shadow_is_found_in_the_levels(direction, width):
     level = (180 + 4 * x - 6 * y) * true.left(*PLACES.T) + rng.normal(0.0, 0.2, len(PLACES))
     found = edge_in(light(level, 0.2), PITCH)
     assert found is not None
+    assert found.sharp is (width < 1.0)
     turn = np.angle(np.exp(1j * (found.parameters[0] - direction)))
     assert abs(turn) < 0.03
     # the others are known within some hundredths, as the light beside the edge may be uneven
