@@ -17,7 +17,7 @@ from handeye_cli.geometry.loop import isotropic_covariance
 from handeye_cli.geometry.station_generator import robot_poses
 from handeye_cli.plan import plan
 from handeye_cli.planning.options import PlanOptions
-from handeye_cli.planning.prediction import Rig, predicted_error
+from handeye_cli.planning.prediction import UncertainRig, predicted_error
 from handeye_cli.planning.views import cameras_of, grid
 from handeye_cli.simulate.poses import noisy_stations
 
@@ -43,10 +43,10 @@ layout, so maximum likelihood must reach it in simulation and nothing can be bel
 plans nothing."""
 
 
-def rig() -> Rig:
+def rig() -> UncertainRig:
     of_robot = isotropic_covariance(NOISE.robot_rotation, NOISE.robot_translation)
     of_camera = isotropic_covariance(NOISE.camera_rotation, NOISE.camera_translation)
-    return Rig(Setup.EYE_IN_HAND, X[None], Z[None], of_robot, of_camera)
+    return UncertainRig(Setup.EYE_IN_HAND, X[None], Z[None], of_robot, of_camera)
 
 
 def planned(count: int, options: PlanOptions):

@@ -34,7 +34,7 @@ from handeye_cli.records import (
 from handeye_cli.sight import Sight, sight_of
 from handeye_cli.solvers import Solution
 from handeye_cli.solvers.motions import interstation_motions
-from handeye_cli.what_if import Layout, Rig
+from handeye_cli.what_if import Givens, Layout
 
 _DOMINATES = 0.5
 """Part of a mean square error from which on what no step changes is told as well."""
@@ -58,7 +58,7 @@ class _Case(NamedTuple):
 
     Attributes:
         layout: Its stations.
-        rig: What stays.
+        givens: What stays.
         noise: Levels of the noise.
         camera_known: Whether the camera's share of the noise is known.
         sight: What the camera sees, or None when that is unknown.
@@ -69,7 +69,7 @@ class _Case(NamedTuple):
     """
 
     layout: Layout
-    rig: Rig
+    givens: Givens
     noise: Noise
     camera_known: bool
     sight: Sight | None
@@ -82,9 +82,9 @@ class _Case(NamedTuple):
         """Return the (2,) expected error with the stations at other (N, 4, 4) poses B."""
         sight = sight or self.sight
         if sight is None or not self.resees:
-            return _total(self.rig.mean_squares(replace(self.layout, B=B)))
+            return _total(self.givens.mean_squares(replace(self.layout, B=B)))
         changed = replace(self.layout, B=B, camera_covariance=sight.covariance(B))
-        return _total(self.rig.mean_squares(changed))
+        return _total(self.givens.mean_squares(changed))
 
 
 class _Step(NamedTuple):
@@ -139,9 +139,9 @@ def advise(
     """
     noise = model.noise
     robot = isotropic_covariance(noise.robot_rotation or 0.0, noise.robot_translation or 0.0)
-    rig = Rig(stations.setup, method, solution, robot)
-    case = _case(stations, chain, pairs, rig, model)
-    squares = case.rig.mean_squares(case.layout)
+    givens = Givens(stations.setup, method, solution, robot)
+    case = _case(stations, chain, pairs, givens, model)
+    squares = case.givens.mean_squares(case.layout)
     now = _total(squares)
     reported = np.array([error.rotation, error.translation])
     share = np.clip(squares[0] / np.maximum(now, reported) ** 2, 0.0, 1.0)
@@ -155,13 +155,15 @@ def advise(
     return factors, _improvements(case, factors, now, reported, lasting)
 
 
-def _case(stations: Stations, chain: Chain, pairs: IntArray, rig: Rig, model: NoiseModel) -> _Case:
+def _case(
+    stations: Stations, chain: Chain, pairs: IntArray, givens: Givens, model: NoiseModel
+) -> _Case:
     sight = sight_of(stations, chain)
     resees = has_pixels(stations, chain)
     camera = model.covariance[:, 6:, 6:]
     return _Case(
         layout=Layout(chain.B, sight.covariance(chain.B) if sight and resees else camera, pairs),
-        rig=rig,
+        givens=givens,
         noise=model.noise,
         camera_known=bool(np.any(camera)),
         sight=sight,
@@ -254,14 +256,14 @@ def _steps(case: _Case, factors: CriticalFactors, now: FloatArray) -> Iterator[_
 def _circle(case: _Case, factors: CriticalFactors) -> Iterator[_Step]:
     """Step 1: the paper's station generator, which 'handeye plan' follows."""
     aside = statistics.median(what_if.tilts(case.layout.B, case.centre))
-    tilt = round(np.degrees(np.clip(aside, _PAPERS_TILT, what_if.MAX_TILT)))
+    tilt = round(np.degrees(np.clip(aside, _PAPERS_TILT, what_if.MAX_ADVISED_TILT)))
     distance = max(round(factors.camera_distance.median / MM), 1)
     whole = None if case.sight is None else case.sight.of_whole_target()
     B = what_if.circle(case.layout.B, case.centre, distance * MM, float(np.radians(tilt)), whole)
     if B is not None:
         action = f"{factors.stations} stations by 'handeye plan': {distance} mm, tilt {tilt} deg"
         command = f"handeye plan --stations {factors.stations} --distance {distance}mm"
-        flags = f"--tilt {tilt}deg --setup {case.rig.setup.value}"
+        flags = f"--tilt {tilt}deg --setup {case.givens.setup.value}"
         aim = "" if case.target is None else f" --target {case.target}"
         command = f"'{command} {flags}{aim}'"
         yield _Step("circle", action, case.at(B, whole), command=command)
@@ -301,14 +303,14 @@ def _more_stations(case: _Case, factors: CriticalFactors, now: FloatArray) -> _S
 def _less_camera_noise(case: _Case) -> _Step:
     """Step 6: better target poses."""
     quiet = replace(case.layout, camera_covariance=case.layout.camera_covariance / 4.0)
-    error = _total(case.rig.mean_squares(quiet))
+    error = _total(case.givens.mean_squares(quiet))
     shared = 0.5 if case.intrinsics is _Intrinsics.FROM_THESE_IMAGES else 1.0
     return _Step("camera-noise", f"halving the {_camera_noise(case)}", error, shared)
 
 
 def _less_robot_noise(case: _Case) -> _Step:
     """Step 7: a better calibrated robot."""
-    still = replace(case.rig, robot_covariance=case.rig.robot_covariance / 4.0)
+    still = replace(case.givens, robot_covariance=case.givens.robot_covariance / 4.0)
     error = _total(still.mean_squares(case.layout))
     return _Step("robot-noise", f"halving the {_robot_noise(case)}", error)
 

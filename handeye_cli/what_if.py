@@ -19,7 +19,7 @@ from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.sight import Sight
 from handeye_cli.solvers import Problem, Solution
 
-MAX_TILT = np.radians(55.0)
+MAX_ADVISED_TILT = np.radians(55.0)
 """Between line of sight and plate normal; beyond it a plate is too foreshortened to measure."""
 _NEARER = np.linspace(1.0, 0.5, 11)
 _TILTED = np.linspace(1.0, 1.5, 6)
@@ -41,7 +41,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Rig:
+class Givens:
     """What a what-if leaves as it is.
 
     Attributes:
@@ -121,7 +121,9 @@ def more_tilted(B: FloatArray, centre: FloatArray, sight: Sight | None) -> Float
     sine = np.linalg.norm(axis, axis=-1, keepdims=True)
     swing = axis / np.maximum(sine, 1e-300) * np.arctan2(sine, view @ mean[:, None])
     turned = _turned(B, rotations.exp((_TILTED - 1.0)[:, None, None] * swing), centre)
-    return _farthest_change(turned, _fits(turned, sight) & (tilts(turned, centre) <= MAX_TILT))
+    return _farthest_change(
+        turned, _fits(turned, sight) & (tilts(turned, centre) <= MAX_ADVISED_TILT)
+    )
 
 
 def circle(

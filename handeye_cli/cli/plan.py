@@ -10,7 +10,7 @@ from handeye_cli.cli.grouping import given
 from handeye_cli.cli.inputs import Opened, as_calibration, open_input
 from handeye_cli.cli.options import Mcap, Output, Source
 from handeye_cli.cli.outputs import check_output, finish
-from handeye_cli.cli.plan_options import CellLimits, Layout, Levels, Way
+from handeye_cli.cli.plan_options import CellLimits, Journey, Layout, Levels
 from handeye_cli.cli.plan_texts import lever_of, limits_of, noise_of
 from handeye_cli.cli.plot_files import check_plot
 from handeye_cli.conventions import parse_angle
@@ -34,7 +34,7 @@ _STANDS_ALONE = ("distance", "tilt", "calibration", "base_T_target", "verificati
 
 
 def plan(
-    *, layout: Layout, cell_limits: CellLimits, levels: Levels, way: Way, output: Output
+    *, layout: Layout, cell_limits: CellLimits, levels: Levels, journey: Journey, output: Output
 ) -> None:
     """Lay out stations that calibrate well: the paper's circle of tilted views of the target.
 
@@ -44,17 +44,17 @@ def plan(
     that make the predicted error smallest, --after those to add to a recording.
     """
     check_output(output)
-    _check_way(way, output)
-    options = _options(layout, cell_limits, levels, way)
+    _check_journey(journey, output)
+    options = _options(layout, cell_limits, levels, journey)
     if layout.after is None:
         planned, inputs = _planned(layout, cell_limits.camera, options)
     else:
         planned, inputs = _further(layout, layout.after, cell_limits.camera, options)
-    finish("plan", planned, output, inputs, given(layout, cell_limits, levels, way))
-    _write_way(planned, way, output)
+    finish("plan", planned, output, inputs, given(layout, cell_limits, levels, journey))
+    _write_journey(planned, journey, output)
 
 
-def _options(layout: Layout, limits: CellLimits, levels: Levels, way: Way) -> PlanOptions:
+def _options(layout: Layout, limits: CellLimits, levels: Levels, journey: Journey) -> PlanOptions:
     from handeye_cli.planning.options import PlanOptions
 
     return PlanOptions(
@@ -62,7 +62,7 @@ def _options(layout: Layout, limits: CellLimits, levels: Levels, way: Way) -> Pl
         lever=lever_of(levels),
         limits=limits_of(limits),
         optimize=layout.optimize,
-        shortest_way=way.shortest_way,
+        shortest_way=journey.shortest_way,
     )
 
 
@@ -158,29 +158,29 @@ def _seen_by(camera: str, layout: Layout) -> CameraSource:
     return cameras.read(camera, None)
 
 
-def _check_way(way: Way, output: Output) -> None:
+def _check_journey(journey: Journey, output: Output) -> None:
     from handeye_cli import documents
 
-    for path in (way.csv, way.mcap):
+    for path in (journey.csv, journey.mcap):
         if path is not None:
             documents.check_destination(path, output.force)
-    if way.plot is not None:
-        check_plot([way.plot], output)
+    if journey.plot is not None:
+        check_plot([journey.plot], output)
 
 
-def _write_way(planned: Plan, way: Way, output: Output) -> None:
+def _write_journey(planned: Plan, journey: Journey, output: Output) -> None:
     from handeye_cli import documents
     from handeye_cli.planning import table
 
-    if way.csv is not None:
-        documents.write_text(table.csv_text(planned), way.csv, output.force)
-    if way.mcap is not None:
+    if journey.csv is not None:
+        documents.write_text(table.csv_text(planned), journey.csv, output.force)
+    if journey.mcap is not None:
         from handeye_cli.recording.pose_array import mcap_bytes
 
         parent, _ = table.frames_of(planned)
         content = mcap_bytes(table.poses_of(planned), parent)
-        documents.write_bytes(content, way.mcap, output.force)
-    if way.plot is not None:
+        documents.write_bytes(content, journey.mcap, output.force)
+    if journey.plot is not None:
         from handeye_cli.render.plan_plot import plan_png
 
-        documents.write_bytes(plan_png(planned), way.plot, output.force)
+        documents.write_bytes(plan_png(planned), journey.plot, output.force)

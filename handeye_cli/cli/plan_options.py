@@ -132,8 +132,8 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Way:
-    """How the robot goes there."""
+class Journey:
+    """The order of the stations, and files that the robot's program reads."""
 
     shortest_way: Annotated[
         bool, _output("--shortest-way", help="Add the order of stations with the least motion.")

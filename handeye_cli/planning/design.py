@@ -20,7 +20,7 @@ from handeye_cli.errors import UndeterminedError
 from handeye_cli.planning import views
 from handeye_cli.planning.cell import Cell, Places
 from handeye_cli.planning.pattern import minimise
-from handeye_cli.planning.prediction import Rig, covariance, information
+from handeye_cli.planning.prediction import UncertainRig, covariance, information
 from handeye_cli.planning.settle import nearest
 from handeye_cli.records import FloatArray
 
@@ -48,7 +48,7 @@ class Problem:
         pull: (p, q) of the errors that the recorded poses share; see `prediction.covariance`.
     """
 
-    rig: Rig
+    rig: UncertainRig
     cell: Cell
     weights: FloatArray
     recorded: FloatArray

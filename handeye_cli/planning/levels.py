@@ -12,7 +12,7 @@ from handeye_cli.geometry import se3
 from handeye_cli.geometry.loop import isotropic_covariance
 from handeye_cli.planning.cell import Frames
 from handeye_cli.planning.options import PlanOptions
-from handeye_cli.planning.prediction import Rig, directions
+from handeye_cli.planning.prediction import UncertainRig, directions
 from handeye_cli.records import Camera, FloatArray, Noise
 from handeye_cli.records.planning import PlanBasis
 from handeye_cli.sight import Sight
@@ -40,7 +40,7 @@ class Supposed:
         basis: Where they come from.
     """
 
-    rig: Rig
+    rig: UncertainRig
     noise: Noise
     basis: PlanBasis
 
@@ -59,7 +59,7 @@ def suppose(frames: Frames, options: PlanOptions) -> Supposed:
     camera, camera_from = _camera_levels(options)
     noise = replace(camera, robot_rotation=robot[0], robot_translation=robot[1])
     X, Z, lever = _versions(frames, options.lever)
-    rig = Rig(
+    rig = UncertainRig(
         frames.setup,
         X,
         Z,

@@ -19,7 +19,7 @@ from handeye_cli.planning.lasting import findings_of
 from handeye_cli.planning.levels import CAMERA_LEVELS, ROBOT_LEVELS, source_of
 from handeye_cli.planning.limits import MAX_TILT, cell_of
 from handeye_cli.planning.options import PlanOptions
-from handeye_cli.planning.prediction import Rig
+from handeye_cli.planning.prediction import UncertainRig
 from handeye_cli.planning.recorded import Recorded, solved
 from handeye_cli.planning.uncertain_sight import UncertainSight
 from handeye_cli.records import Finding, FloatArray, Noise, PredictedError, Stations
@@ -96,7 +96,7 @@ def next_best(
     )
 
 
-def _basis(rig: Rig, given: Noise) -> PlanBasis:
+def _basis(rig: UncertainRig, given: Noise) -> PlanBasis:
     pixels = isinstance(rig.camera_covariance, Sight | UncertainSight)
     camera = "pixels" if pixels else source_of(given, CAMERA_LEVELS, "recording")
     return PlanBasis(source_of(given, ROBOT_LEVELS, "recording"), camera, "recording")

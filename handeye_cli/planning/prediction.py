@@ -31,7 +31,7 @@ _UNKNOWN = 1e-6
 
 
 @dataclass(frozen=True)
-class Rig:
+class UncertainRig:
     """Robot, camera and noise, as far as they are known, in D equally likely versions.
 
     Attributes:
@@ -187,7 +187,7 @@ def mean_squares(gathered: FloatArray, pull: FloatArray | None = None) -> FloatA
     return se3.by_kind(variances[:6])[::-1]
 
 
-def predicted_error(rig: Rig, cameras: FloatArray, pairs: IntArray) -> PredictedError:
+def predicted_error(rig: UncertainRig, cameras: FloatArray, pairs: IntArray) -> PredictedError:
     """Return the error to expect of a calibration on planned stations.
 
     Args:
@@ -220,7 +220,7 @@ def error_of(
     return PredictedError(rotation, translation, wide[0], wide[1], paper)
 
 
-def papers_error(rig: Rig, cameras: FloatArray, pairs: IntArray) -> PaperPrediction | None:
+def papers_error(rig: UncertainRig, cameras: FloatArray, pairs: IntArray) -> PaperPrediction | None:
     """Return what eq. (29)-(33) predict, as RMS over the rig's versions, or None if they cannot.
 
     Args:

@@ -21,7 +21,7 @@ from handeye_cli.geometry import statistics
 from handeye_cli.geometry.loop import isotropic_covariance
 from handeye_cli.geometry.scaled_inverse import scaled_inverse
 from handeye_cli.planning.levels import CAMERA_LEVELS, camera_covariance
-from handeye_cli.planning.prediction import Rig
+from handeye_cli.planning.prediction import UncertainRig
 from handeye_cli.planning.uncertain_sight import UncertainSight
 from handeye_cli.predict import solution_covariance
 from handeye_cli.records import Calibration, Finding, FloatArray, Noise, Stations
@@ -50,7 +50,7 @@ class Recorded:
     """
 
     chain: Chain
-    rig: Rig
+    rig: UncertainRig
     information: FloatArray
     pull: FloatArray
     lasting: FloatArray
@@ -148,11 +148,11 @@ def _told_by(estimate: Estimate, chain: Chain) -> tuple[FloatArray, FloatArray]:
 
 def _rig(
     told: Stations, chain: Chain, calibration: Calibration, sight: Sight | None, noise: Noise
-) -> Rig:
+) -> UncertainRig:
     robot = isotropic_covariance(
         max(noise.robot_rotation or 0.0, _FLOOR), max(noise.robot_translation or 0.0, _FLOOR)
     )
-    return Rig(
+    return UncertainRig(
         told.setup,
         calibration.mount_T_camera.matrix[None],
         calibration.reference_T_target.matrix[None],

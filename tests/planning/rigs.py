@@ -12,7 +12,7 @@ from handeye_cli.planning.cell import Frames
 from handeye_cli.planning.levels import suppose
 from handeye_cli.planning.limits import cell_of
 from handeye_cli.planning.options import Limits, PlanOptions
-from handeye_cli.planning.prediction import Rig
+from handeye_cli.planning.prediction import UncertainRig
 from handeye_cli.records import Camera, Noise
 
 NOISE = Noise(1.5 * MRAD, 5.0 * MIL, 1.5 * MRAD, 3.0 * MIL)
@@ -29,7 +29,7 @@ FRAMES = Frames(Setup.EYE_IN_HAND, X, Z)
 def rig(setup=Setup.EYE_IN_HAND, X=X, Z=Z, noise=NOISE):
     robot = isotropic_covariance(noise.robot_rotation, noise.robot_translation)
     camera = isotropic_covariance(noise.camera_rotation, noise.camera_translation)
-    return Rig(setup, X[None], Z[None], robot, camera)
+    return UncertainRig(setup, X[None], Z[None], robot, camera)
 
 
 def unknown_rig(setup=Setup.EYE_IN_HAND, **options):
