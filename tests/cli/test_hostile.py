@@ -40,7 +40,7 @@ VALUES = {
     "no output": (["solve", "good.json", "-o", ""], "value for --output, found an empty text"),
     "no fault": ([*SMALL, "--fault", "", "-o", "new"], "value for --fault, found an empty text"),
     "infinite limit": (["verify", "good.json", "--max-rotation-mrad", "inf"], "found inf"),
-    "no number": (["verify", "good.json", "--max-translation-mm", "nan"], "found 'nan'"),
+    "no number": (["verify", "good.json", "--max-translation-mm", "nan"], "nan"),
     "huge level": ([*PLAN, "--camera-rotation-mrad", "1e300"], "at most 1e+12, found 1e+300"),
     "far away": ([*PLAN, "--distance", "1e18m"], "at most 100 m, found '1e18m'"),
     "far camera": ([*SMALL, "--distance", "1e9m", "-o", "new"], "at most 100 m, found '1e9m'"),

@@ -74,7 +74,7 @@ def test_a_flag_is_not_broken_at_its_hyphens():
 
 
 def test_a_file_gets_unbroken_sentences():
-    text = "word " * 40
+    text = " ".join(["word"] * 40)
     shown = printed(40, lambda console: show_paragraph(console, text, margin="  "), False)
     assert shown.rstrip("\n") == f"  {text}"
 
