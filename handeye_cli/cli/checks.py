@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from handeye_cli.cli.verification_options import Protocol
 from handeye_cli.conventions import parse_length
 from handeye_cli.errors import InputError, UsageError
 
 if TYPE_CHECKING:
+    from handeye_cli.cli.verification_options import Protocol
     from handeye_cli.records import Calibration
 
 _FARTHEST = 100.0
