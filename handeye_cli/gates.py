@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import QualityGateError, UndeterminedError
 from handeye_cli.records import Inspection, Verification, VerificationRow
+from handeye_cli.wording import error_sizes
 
 WHEN_CONTRADICTED = (
     "look at the stations with the largest errors, at the findings of 'handeye solve', and at "
@@ -86,7 +87,7 @@ def _sizes(rotation: float | None, translation: float | None) -> str:
     """Return RMS errors in radians and metres for people."""
     if rotation is None or translation is None:
         return "none"
-    return f"{rotation / MRAD:.3f} mrad and {translation / MM:.3f} mm"
+    return error_sizes(rotation, translation)
 
 
 def require_meaning(inspection: Inspection) -> None:

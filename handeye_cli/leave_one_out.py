@@ -22,7 +22,6 @@ import numpy as np
 
 from handeye_cli import solvers
 from handeye_cli.chain import MIN_STATIONS, Chain
-from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import UndeterminedError
 from handeye_cli.estimation import choose_pairs, estimate
 from handeye_cli.examination import require_conventions
@@ -48,6 +47,7 @@ from handeye_cli.records import Finding, FloatArray, Protocol, Stations, Verific
 from handeye_cli.seen_through import chain_through
 from handeye_cli.solvers.problem import Solution
 from handeye_cli.verification_row import row_of
+from handeye_cli.wording import error_sizes
 
 _PARTS = (slice(3, 6), slice(0, 3))
 """Rotation and translation of an error."""
@@ -208,8 +208,7 @@ def _apart(
     rotation, translation = rms_of(found.covariances[worst : worst + 1])
     message = (
         f'the other stations predict station "{name}" worse than they should: '
-        f"{found.errors.rotation[worst] / MRAD:.3f} mrad and "
-        f"{found.errors.translation[worst] / MM:.3f} mm off, where "
-        f"{rotation / MRAD:.3f} mrad and {translation / MM:.3f} mm are expected"
+        f"{error_sizes(found.errors.rotation[worst], found.errors.translation[worst])} off, where "
+        f"{error_sizes(rotation, translation)} are expected"
     )
     return (Finding("station-apart", "warning", message, "look at its image and its robot pose"),)

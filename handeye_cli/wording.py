@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from handeye_cli.conventions import MM, MRAD
+
 
 def first_few(names: Sequence[str], most: int) -> str:
     """Return the first names of a list, and how many more there are: `a, b and 3 more`.
@@ -14,3 +16,13 @@ def first_few(names: Sequence[str], most: int) -> str:
     """
     named = ", ".join(names[:most])
     return f"{named} and {len(names) - most} more" if len(names) > most else named
+
+
+def error_sizes(rotation: float, translation: float) -> str:
+    """Return errors for people: `0.123 mrad and 0.045 mm`.
+
+    Args:
+        rotation: Radians.
+        translation: Metres.
+    """
+    return f"{rotation / MRAD:.3f} mrad and {translation / MM:.3f} mm"

@@ -154,7 +154,7 @@ def _settled_large(
         last = settled_in_shadow(edges, conics.origin, state, before, shadow)
         if last is not None:
             return last
-    prior = prior or surface.prior(first, first.sound)
+    prior = prior or surface.bent_prior(first, first.sound)
     last = settled(edges, state, conics.by_shift, noise, prior)
     if not edges.clipped:
         if not prior.bent or (shadow is not None and not shadow.sharp):

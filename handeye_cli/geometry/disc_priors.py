@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from handeye_cli.geometry.disc_paper import Patchwork
 from handeye_cli.geometry.disc_pixels import FloatArray
 from handeye_cli.geometry.disc_steps import BLUR, GROWTH, KEPT_LIGHT, LIGHT, Prior, Progress
-from handeye_cli.geometry.light_slopes import Course, Light, course_of_light, even_course, typical
+from handeye_cli.geometry.light_slopes import (
+    Course,
+    Light,
+    bent_course,
+    course_of_light,
+    even_course,
+    typical,
+)
 from handeye_cli.geometry.shadow_edge import ShadowEdge
 
 _UNEVEN = 0.01
@@ -76,6 +83,10 @@ class Surface:
         """Return the same, None where shadows fall."""
         course = even_course(self.light(progress, sound), self.places)
         return None if course is None else self._prior(course, progress)
+
+    def bent_prior(self, progress: Progress, sound: BoolArray) -> Prior:
+        """Return the same where shadows fall, which `even_prior` has told."""
+        return self._prior(bent_course(self.light(progress, sound), self.places), progress)
 
     def _prior(self, course: Course, progress: Progress) -> Prior:
         unknown = np.zeros((len(self.places), LIGHT + 1 - GROWTH))

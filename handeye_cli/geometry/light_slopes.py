@@ -86,8 +86,11 @@ def course_of_light(light: Light, marks: FloatArray) -> Course:
     A single level says nothing of slopes: the light is then taken to be even.
     """
     course = even_course(light, marks)
-    if course is not None:
-        return course
+    return bent_course(light, marks) if course is None else course
+
+
+def bent_course(light: Light, marks: FloatArray) -> Course:
+    """Return the course of light that no polynomial over the plate explains."""
     relative, at, units = _relative(light, marks)
     return _in_units(_process(relative, at), units)
 

@@ -50,6 +50,6 @@ def _sorted(samples: Samples) -> tuple[IntArray, FloatArray]:
     order = np.argsort(times, kind="stable")
     t, q = samples.numbers[order, :3], samples.numbers[order, 3:]
     # of the two quaternions of a rotation the one near the one before it
-    flips = np.sign(np.sum(q[1:] * q[:-1], axis=1))
-    signs = np.concatenate([[1.0], np.cumprod(np.where(flips < 0.0, -1.0, 1.0))])
+    alike = np.sum(q[1:] * q[:-1], axis=1)
+    signs = np.concatenate([[1.0], np.cumprod(np.where(alike < 0.0, -1.0, 1.0))])
     return times[order], np.concatenate([t, signs[:, None] * q], axis=1)

@@ -9,6 +9,10 @@ _LISTED = 5
 """At most this many files are named."""
 
 
+def _places(count: int) -> str:
+    return "1 place" if count == 1 else f"{count} places"
+
+
 def cut(files: int, unused_bytes: int) -> Finding:
     """The ends of some files are missing."""
     end = "the end of the recording is" if files == 1 else f"the ends of {files} files are"
@@ -24,11 +28,10 @@ def cut(files: int, unused_bytes: int) -> Finding:
 def damaged(places: int, lost_bytes: int, lost_messages: int, first: str) -> Finding:
     """Parts of a file are damaged."""
     counted = f" and {lost_messages} messages" if lost_messages else ""
-    where = "1 place" if places == 1 else f"{places} places"
     return Finding(
         "recording-damaged",
         "warning",
-        f"the recording is damaged in {where}: {lost_bytes} bytes{counted} are lost, the"
+        f"the recording is damaged in {_places(places)}: {lost_bytes} bytes{counted} are lost, the"
         f" rest is used; the first is at {first}",
         "check that no station is missing; copy the file again",
     )
@@ -36,12 +39,11 @@ def damaged(places: int, lost_bytes: int, lost_messages: int, first: str) -> Fin
 
 def damaged_aside(places: int, first: str) -> Finding:
     """Parts of a file are damaged that nothing is read from."""
-    where = "1 place" if places == 1 else f"{places} places"
     return Finding(
         "recording-damaged",
         "info",
-        f"the recording is damaged in {where} with nothing but topics that are not read, so no"
-        f" answer is touched; the first is at {first}",
+        f"the recording is damaged in {_places(places)} with nothing but topics that are not read,"
+        f" so no answer is touched; the first is at {first}",
         "copy the file again if you need those topics",
     )
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from handeye_cli.conventions import MM, MRAD
 from handeye_cli.errors import QualityGateError
 from handeye_cli.gates import WHEN_CONTRADICTED, Limits, check_limits
 from handeye_cli.records import Protocol, Verification, VerificationRow
 from handeye_cli.reporting.batch_light import RowLight, reasons, row_lights
 from handeye_cli.reporting.case import Case
 from handeye_cli.reporting.colour import Colour
+from handeye_cli.wording import error_sizes
 
 NOT_VERIFIED = "predicted only, not verified"
 """What is said of an answer whose error nobody looked at."""
@@ -115,7 +115,7 @@ def _is_above(row: VerificationRow) -> bool:
 
 
 def _pair(rotation: float | None, translation: float | None) -> str:
-    return f"{(rotation or 0.0) / MRAD:.3f} mrad and {(translation or 0.0) / MM:.3f} mm"
+    return error_sizes(rotation or 0.0, translation or 0.0)
 
 
 def _messages(case: Case, severity: str) -> tuple[str, ...]:
