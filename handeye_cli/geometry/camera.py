@@ -106,7 +106,7 @@ def normalise(
         return _undistort_equidistant(wanted, parameters[4:])
     if not np.any(parameters[4:]):
         return np.asarray(wanted)
-    k = _padded(parameters[4:], _PLUMB_BOB_SIZE)
+    k = _plumb_bob(parameters[4:])
     xy = wanted
     for _ in range(_NEWTON_STEPS):
         distorted, slope = _distort_and_slope(xy, k)
@@ -157,7 +157,7 @@ def distort(xy: FloatArray, coefficients: FloatArray, model: str) -> FloatArray:
     """
     if model == "equidistant":
         return _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))[0]
-    return _distort(xy, _Radial.of(xy, k := _padded(coefficients, _PLUMB_BOB_SIZE)), k)
+    return _distort(xy, _plumb_bob(coefficients))
 
 
 def distort_jacobians(
@@ -177,7 +177,7 @@ def distort_jacobians(
     if model == "equidistant":
         out, by_xy, by_k = _equidistant(xy, _padded(coefficients, _EQUIDISTANT_SIZE))
     else:
-        k = _padded(coefficients, _PLUMB_BOB_SIZE)
+        k = _plumb_bob(coefficients)
         out, by_xy = _distort_and_slope(xy, k)
         by_k = _by_coefficients(xy, k)
     return out, by_xy, by_k[..., : coefficients.size]
@@ -185,6 +185,11 @@ def distort_jacobians(
 
 def _padded(coefficients: FloatArray, size: int) -> FloatArray:
     return np.concatenate([coefficients, np.zeros(size - coefficients.size)])
+
+
+def _plumb_bob(coefficients: FloatArray) -> list[float]:
+    """Return all twelve coefficients, as numbers: arrays of one are slow."""
+    return [*coefficients.tolist(), *[0.0] * (_PLUMB_BOB_SIZE - coefficients.size)]
 
 
 class _Radial(NamedTuple):
@@ -196,34 +201,41 @@ class _Radial(NamedTuple):
     below: FloatArray | float
 
     @classmethod
-    def of(cls, xy: FloatArray, k: FloatArray) -> _Radial:
-        x, y = xy[..., 0], xy[..., 1]
+    def of(cls, x: FloatArray, y: FloatArray, k: list[float]) -> _Radial:
         r2 = x * x + y * y
-        r4 = r2 * r2
         above = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))
-        below = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) if k[5:8].any() else 1.0
-        return cls(r2, r4, above / below, below)
+        below = 1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])) if any(k[5:8]) else 1.0
+        return cls(r2, r2 * r2, above / below if any(k[5:8]) else above, below)
 
 
-def _distort(xy: FloatArray, radial: _Radial, k: FloatArray) -> FloatArray:
+def _distort(xy: FloatArray, k: list[float]) -> FloatArray:
+    # apart, each in a row, as most directions come by the hundred
+    x, y = xy[..., 0].copy(), xy[..., 1].copy()
+    return _distorted(x, y, _Radial.of(x, y, k), k)
+
+
+def _distorted(x: FloatArray, y: FloatArray, radial: _Radial, k: list[float]) -> FloatArray:
     _, _, p1, p2, *_, s1, s2, s3, s4 = k
-    x, y, r2 = xy[..., 0], xy[..., 1], radial.r2
-    out = xy * radial.gain[..., None]
-    if k[2:4].any():
+    r2 = radial.r2
+    u, v = x * radial.gain, y * radial.gain
+    if p1 or p2:
         xy2 = 2 * x * y
-        out[..., 0] += p1 * xy2 + p2 * (r2 + 2 * x * x)
-        out[..., 1] += p1 * (r2 + 2 * y * y) + p2 * xy2
-    if k[8:].any():
-        out[..., 0] += s1 * r2 + s2 * radial.r4
-        out[..., 1] += s3 * r2 + s4 * radial.r4
+        u += p1 * xy2 + p2 * (r2 + 2 * x * x)
+        v += p1 * (r2 + 2 * y * y) + p2 * xy2
+    if any(k[8:]):
+        u += s1 * r2 + s2 * radial.r4
+        v += s3 * r2 + s4 * radial.r4
+    out = np.empty((*x.shape, 2))
+    out[..., 0], out[..., 1] = u, v
     return out
 
 
-def _distort_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _distort_and_slope(xy: FloatArray, k: list[float]) -> tuple[FloatArray, FloatArray]:
     """Return (..., 2) distorted directions and their (..., 2, 2) derivatives by `xy`."""
     k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = k
-    radial = _Radial.of(xy, k)
-    x, y, r2, gain = xy[..., 0], xy[..., 1], radial.r2, radial.gain
+    x, y = xy[..., 0].copy(), xy[..., 1].copy()
+    radial = _Radial.of(x, y, k)
+    r2, gain = radial.r2, radial.gain
     slope = k1 + r2 * (2 * k2 + 3 * k3 * r2) - gain * (k4 + r2 * (2 * k5 + 3 * k6 * r2))
     twice = 2 * slope / radial.below
     prism_u, prism_v = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
@@ -233,13 +245,13 @@ def _distort_and_slope(xy: FloatArray, k: FloatArray) -> tuple[FloatArray, Float
     by_xy[..., 0, 1] = cross + prism_u * y
     by_xy[..., 1, 0] = cross + prism_v * x
     by_xy[..., 1, 1] = gain + twice * y * y + 6 * p1 * y + 2 * p2 * x + prism_v * y
-    return _distort(xy, radial, k), by_xy
+    return _distorted(x, y, radial, k), by_xy
 
 
-def _by_coefficients(xy: FloatArray, k: FloatArray) -> FloatArray:
+def _by_coefficients(xy: FloatArray, k: list[float]) -> FloatArray:
     """Return the (..., 2, 12) derivatives of distorted directions by the coefficients."""
-    radial = _Radial.of(xy, k)
     x, y = xy[..., 0], xy[..., 1]
+    radial = _Radial.of(x, y, k)
     r2, r4, gain, below = radial.r2, radial.r4, radial.gain, radial.below
     r6 = r2 * r4
     share = np.stack([r2, r4, r6, -gain * r2, -gain * r4, -gain * r6], axis=-1)

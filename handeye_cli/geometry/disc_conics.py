@@ -9,12 +9,14 @@ evenly to both sides.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.ring_pixels import Ellipses
+from handeye_cli.geometry.two_by_two import mapped_back
 
 FloatArray = NDArray[np.float64]
 
@@ -23,13 +25,14 @@ _ANGLE = 2.0 * np.pi * np.arange(_RIM) / _RIM
 _X, _Y, _ONE = np.cos(_ANGLE), np.sin(_ANGLE), np.ones(_RIM)
 _PLACES = np.stack([np.append(_X, 0.0), np.append(_Y, 0.0)], axis=1)
 """Points around a disc and its centre: (17, 2)."""
-_ANALYSIS = np.stack([_X, _Y, _X * _X - _Y * _Y, 2.0 * _X * _Y], axis=1) * 2.0 / _RIM
-"""From the images of the points around to the coefficients of x, y, xx - yy and 2 xy: (16, 4)."""
+_ANALYSIS = np.stack([_X, _Y, _X * _X - _Y * _Y, 2.0 * _X * _Y, 0.5 * _ONE], axis=1) * 2.0 / _RIM
+"""From images of the points around to the coefficients of x, y, xx - yy, 2 xy and 1: (16, 5)."""
 _BY_X = np.stack([_ONE, 0.0 * _ONE, 2.0 * _X, 2.0 * _Y, 2.0 * _X])
 _BY_Y = np.stack([0.0 * _ONE, _ONE, -2.0 * _Y, 2.0 * _X, 2.0 * _Y])
 """Derivatives of these terms, and of xx + yy, by x and y at the points around: (5, 16)."""
 _DERIVATIVES = np.concatenate([_BY_X, _BY_Y], axis=1)
-_AFTER, _BEFORE = np.roll(np.arange(_RIM), -1), np.roll(np.arange(_RIM), 1)
+_ALONG = np.roll(np.eye(_RIM), 1, axis=0) - np.roll(np.eye(_RIM), -1, axis=0)
+"""From points around to the differences of the two beside each: (16, 16)."""
 _SLOPES = np.array([[1, 3, 4], [2, 4, 5]])
 _TIMES = np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 2.0]])
 """Which coefficients of a quadratic are in its derivatives by u and v, and how many times."""
@@ -61,6 +64,24 @@ class Conics:
     ellipses: Ellipses
 
 
+@dataclass(frozen=True)
+class PlateInView:
+    """The discs of a plate and how they are imaged.
+
+    Attributes:
+        discs: (n, 3) centre (x, y) on the plate and radius of each disc, metres.
+        to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
+    """
+
+    discs: FloatArray
+    to_pixel: PlateToPixel
+
+    @cached_property
+    def images(self) -> FloatArray:
+        """(n, 17, 2) pixels of 16 points around each disc and of its centre."""
+        return images_of(self.discs, self.to_pixel)
+
+
 def images_of(discs: FloatArray, to_pixel: PlateToPixel) -> FloatArray:
     """Return the (n, 17, 2) pixels of 16 points around each disc and of its centre.
 
@@ -78,9 +99,9 @@ def local_maps(images: FloatArray) -> FloatArray:
         (n, 2, 6) coefficients of 1, x, y, xx - yy, 2 xy and xx + yy, in radii from the centre.
     """
     around = images.transpose(0, 2, 1)
-    rim, centre = around[..., :-1], around[..., -1:]
-    bent = rim.mean(axis=-1, keepdims=True) - centre
-    return np.concatenate([centre, rim @ _ANALYSIS, bent], axis=-1)
+    centre, parts = around[..., -1:], around[..., :-1] @ _ANALYSIS
+    parts[..., -1:] -= centre
+    return np.concatenate([centre, parts], axis=-1)
 
 
 def offsets_of_middles(images: FloatArray) -> FloatArray:
@@ -92,7 +113,8 @@ def offsets_of_middles(images: FloatArray) -> FloatArray:
     directions = _PLACES[:-1]
     rim = images[:, :-1] - images[:, -1:]
     linear = 2.0 / _RIM * (rim.transpose(0, 2, 1) @ directions)
-    radius = np.sum((rim @ np.linalg.inv(linear).transpose(0, 2, 1)) * directions, axis=-1)
+    back = mapped_back(linear[:, None], rim)
+    radius = back[..., 0] * _X + back[..., 1] * _Y
     middle = 2.0 / _RIM * (radius @ directions)
     return np.asarray((linear @ middle[..., None])[..., 0])
 
@@ -108,21 +130,22 @@ def conics_of(images: FloatArray) -> Conics:
     np.multiply(rim, rim[:, :1], out=terms[:, 2:4])
     np.multiply(rim[:, 1], rim[:, 1], out=terms[:, 4])
     # distances from the conic count all along the outline alike
-    along = rim[..., _AFTER] - rim[..., _BEFORE]
-    weighted = terms / np.sqrt(np.sum(along * along, axis=1, keepdims=True))
+    along = rim @ _ALONG
+    weighted = terms / np.hypot(along[:, 0], along[:, 1])[:, None]
     fitting = np.linalg.inv(weighted @ terms.transpose(0, 2, 1)) @ weighted
     level = np.empty((len(images), 6))
-    level[:, 0], level[:, 1:] = -1.0, fitting.sum(axis=-1)
+    level[:, 0] = -1.0
+    np.sum(fitting, axis=-1, out=level[:, 1:])
     slopes = slopes_of(level)
-    steepest = slopes[..., 1:] @ rim + slopes[..., :1]
-    field = np.empty((len(images), 2, 5))
-    np.matmul(rim, _ANALYSIS, out=field[..., :4])
-    np.subtract(rim.mean(axis=-1), around[..., -1], out=field[..., 4])
+    steepest = slopes[..., 1:] @ rim
+    steepest += slopes[..., :1]
+    field = rim @ _ANALYSIS
+    field[..., -1] -= around[..., -1]
     by_place = (field @ _DERIVATIVES).reshape(-1, 2, 2, _RIM)
     by_place *= steepest[:, :, None]
     rising = np.zeros((len(images), 2, 6))
-    rising[..., 1:] = (by_place[:, 0] + by_place[:, 1]) @ fitting.transpose(0, 2, 1)
-    outward = steepest / np.sqrt(np.sum(steepest * steepest, axis=1, keepdims=True))
+    np.matmul(by_place[:, 0] + by_place[:, 1], fitting.transpose(0, 2, 1), out=rising[..., 1:])
+    outward = steepest / np.hypot(steepest[:, 0], steepest[:, 1])[:, None]
     ellipses = _ellipses(slopes)
     return Conics(centre, origin, level, rising, field[..., :2], rim, outward, ellipses)
 
@@ -133,7 +156,7 @@ def _ellipses(slopes: FloatArray) -> Ellipses:
     determinant = uu * vv - uv * uv
     u, v = (uv * b - vv * a) / determinant, (uv * a - uu * b) / determinant
     scale = (2.0 - a * u - b * v) / determinant
-    return Ellipses.of(np.stack([u, v], axis=1), np.stack([vv, -uv, uu]) * scale)
+    return Ellipses.of(np.array([u, v]).T, np.array([vv * scale, -uv * scale, uu * scale]))
 
 
 def slopes_of(level: FloatArray) -> FloatArray:

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.disc_conics import Conics, conics_of, images_of
+from handeye_cli.geometry.disc_conics import Conics, PlateInView, conics_of, images_of
 from handeye_cli.geometry.disc_edges import Others, measure, others_of
 from handeye_cli.geometry.disc_paper import paper_between
 from handeye_cli.geometry.disc_pixels import FloatArray, area_pixels, band_pixels, spoke_pixels
@@ -80,21 +79,18 @@ class DiscFit:
     misfit: FloatArray
 
 
-def fit_discs(
-    image: NDArray[np.uint8], discs: FloatArray, to_pixel: PlateToPixel, start: FloatArray
-) -> DiscFit:
+def fit_discs(image: NDArray[np.uint8], view: PlateInView, start: FloatArray) -> DiscFit:
     """Fit all discs of a plate in one image.
 
     Args:
         image: (height, width) grey image.
-        discs: (n, 3) centre (x, y) on the plate and radius of each disc, metres.
-        to_pixel: Map of (..., 2) plate points to (..., 2) pixels.
+        view: The discs and the map that tells how each is imaged, nearly where it is.
         start: (n, 2) first guess of the centres in the image, good to about a pixel.
     """
-    images = images_of(discs, to_pixel)
-    places = images[:, -1]
+    discs, to_pixel = view.discs, view.to_pixel
+    places = view.images[:, -1]
     missed = (start - places)[:, None]
-    conics = conics_of(images + missed)
+    conics = conics_of(view.images + missed)
     others = others_of(discs, places, conics)
     first = _first_round(image, conics, others)
     scale = float(np.min(conics.ellipses.half_axes[1] / discs[:, 2]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from handeye_cli.geometry.camera import PlateToPixel
 from handeye_cli.geometry.disc_pixels import FloatArray
 from handeye_cli.geometry.light_slopes import typical
-from handeye_cli.geometry.sensor_limits import BLACK, WHITE
+from handeye_cli.geometry.sensor_limits import BLACK, WHITE, IntArray
 
 _DIAGONAL = (1.2, 1.6)
 """Distances of diagonal neighbours in those of the nearest ones: their middles are bare."""
@@ -56,15 +56,22 @@ def paper_between(
     reach = min(math.floor(free), _WIDEST) if len(middles) else -1
     if reach < 0:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
-    line = np.arange(-reach, reach + 1)
-    u, v = (each.ravel() for each in np.meshgrid(line, line))
+    u, v = _patch(reach)
     at = np.rint(places).astype(np.int64)
     low, high = at.min(axis=0) - reach, at.max(axis=0) + reach
     if low.min() < 0 or high[0] >= image.shape[1] or high[1] >= image.shape[0]:
         return Patchwork(np.zeros((0, 2)), np.zeros(0), 1)
     grey = image[at[:, 1:] + v, at[:, :1] + u]
     told = (grey.min(axis=1) > BLACK) & (grey.max(axis=1) < WHITE)
-    return Patchwork(at[told].astype(float), grey[told].mean(axis=1), len(line) ** 2)
+    level = np.sum(grey[told], axis=1, dtype=float) / len(u)
+    return Patchwork(at[told].astype(float), level, len(u))
+
+
+@lru_cache(maxsize=_WIDEST + 1)
+def _patch(reach: int) -> tuple[IntArray, IntArray]:
+    """Return the (k,) columns and rows of a patch's pixels, from its middle."""
+    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    return u.ravel(), v.ravel()
 
 
 @lru_cache(maxsize=64)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -200,6 +200,7 @@ def limited(step: FloatArray) -> FloatArray:
 
 def normal_equations(rows: SingleArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the (n, p, p) and (n, p) normal equations of (p + 1, n, m) rows, and (n,) squares."""
+    # without the last row on the left: a matrix times its own transpose is slow in small ones
     products = np.matmul(rows[:-1].swapaxes(0, 1), rows.transpose(1, 2, 0)).astype(float)
     squares = np.einsum("nm,nm->n", rows[-1], rows[-1]).astype(float)
     return products[..., :-1], products[..., -1], squares
@@ -225,10 +226,16 @@ def _solved(
     prior: Prior | None = None,
 ) -> FloatArray:
     """Return (n, p, 4): the step, and the covariances with the parameters that are asked for."""
-    right = np.zeros((*wanted.shape, 1 + len(KEPT)))
-    right[:, KEPT, range(1, 1 + len(KEPT))] = 1.0
+    right = np.empty((*wanted.shape, 1 + len(KEPT)))
+    right[..., 1:] = kept_columns(wanted.shape[1])
     damped, right[..., 0] = with_prior(normal, wanted, state, prior)
     return np.asarray(np.linalg.solve(damped, right))
+
+
+@lru_cache
+def kept_columns(count: int) -> FloatArray:
+    """Return the (p, 3) unit vectors of the parameters whose covariances are kept, of p."""
+    return np.eye(count)[:, KEPT]
 
 
 def with_prior(
@@ -240,7 +247,7 @@ def with_prior(
     """Return (n, p, p) and (n, p) normal equations, a little damped, with what else is known."""
     # nothing at all is seen of a disc outside of the image
     damped, right = normal.copy(), wanted.copy()
-    diagonal = np.einsum("nii->ni", damped)
+    diagonal = damped.reshape(len(damped), -1)[:, :: damped.shape[1] + 1]
     diagonal *= 1.0 + _DAMPING
     diagonal += 1e-15
     if prior is not None and state is not None:

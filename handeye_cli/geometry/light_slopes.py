@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+POWERS = np.array([1.0, 1.0, 2.0, 2.0, 2.0])
+"""Of one over a length in the coefficients of u, v, uu, uv, vv."""
 _LEAST = 1e-4
 """Least standard deviation of a slope over a pitch, in levels."""
 _FEWEST = 2
@@ -76,7 +78,7 @@ class Course:
 
     def scaled(self, level: float, length: float) -> Course:
         """Return the same for light and lengths in smaller units, so many times."""
-        factor = level / length ** np.array([1, 1, 2, 2, 2])[: self.mean.shape[1]]
+        factor = level / length ** POWERS[: self.mean.shape[1]]
         return Course(self.mean * factor, self.variance * factor**2)
 
 
@@ -137,7 +139,7 @@ def _polynomial(light: Light, at: FloatArray) -> Course | None:
     """Return the slopes by the plane through the levels or by the quadratic, if one fits."""
     extent = max(float(np.max(np.abs(light.places))), 1e-9)
     x, y = light.places.T / extent
-    terms = np.stack([np.ones_like(x), x, y, light.fitted, x * x, x * y, y * y, light.level])
+    terms = np.array([np.ones_like(x), x, y, light.fitted, x * x, x * y, y * y, light.level])
     beforehand = np.eye(len(terms))[:-1] / _LOOSELY
     rows = np.concatenate([(terms / np.sqrt(light.variance)).T, beforehand])
     # its last column says how much of the levels each further term explains
@@ -158,9 +160,11 @@ def _polynomial(light: Light, at: FloatArray) -> Course | None:
 def _slopes(at: FloatArray) -> FloatArray:
     """Return the (m, 2, 7) derivatives of the quadratic's terms at (m, 2) places."""
     x, y = at.T
-    one, zero = np.ones_like(x), np.zeros_like(x)
-    by_x, by_y = [zero, one, zero, zero, 2 * x, y, zero], [zero, zero, one, zero, zero, x, 2 * y]
-    return np.stack([np.stack(by_x, axis=1), np.stack(by_y, axis=1)], axis=1)
+    slopes = np.zeros((len(at), 2, _QUADRATIC_TERMS))
+    slopes[:, 0, 1] = slopes[:, 1, 2] = 1.0
+    slopes[:, 0, 4], slopes[:, 1, 6] = 2.0 * x, 2.0 * y
+    slopes[:, 0, 5], slopes[:, 1, 5] = y, x
+    return slopes
 
 
 def _process(light: Light, at: FloatArray) -> Course:
@@ -213,6 +217,6 @@ def _shared(at: FloatArray, places: FloatArray, amount: float, length: float) ->
     bell = amount**2 * _bell(x * x + y * y)
     bends = [0.5 * (x * x - 1.0), x * y, 0.5 * (y * y - 1.0)]
     out = bell[:, None] * np.stack([-x, -y, *bends], axis=1)
-    out /= length ** np.array([1, 1, 2, 2, 2])[:, None]
+    out /= length ** POWERS[:, None]
     out[:, :2] += _PLANE * places.T
     return np.asarray(out)

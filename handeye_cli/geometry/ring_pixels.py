@@ -34,7 +34,7 @@ class Ellipses:
         """Return the ellipses with these middles and squares."""
         uu, uv, vv = square
         mean, apart = (uu + vv) / 2.0, np.hypot((uu - vv) / 2.0, uv)
-        return cls(middle, square, np.sqrt(np.stack([mean + apart, mean - apart])))
+        return cls(middle, square, np.sqrt(np.array([mean + apart, mean - apart])))
 
     def grown(self, by: FloatArray) -> FloatArray:
         """Return the (3, ..., n) squares for half axes that are longer by (..., n)."""

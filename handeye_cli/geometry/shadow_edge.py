@@ -7,7 +7,7 @@ free within limits, as penumbras differ (two terms of a Gram-Charlier series).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -37,6 +37,7 @@ _EVEN = np.zeros(len(_ORDERS))
 _DIRECTIONS = 2.0 * np.pi * np.arange(12) / 12
 _OFFSETS = np.linspace(-0.6, 0.6, 7)
 _WIDTHS = np.array([0.2, 0.6, 1.8])
+_GRID = np.reshape(np.meshgrid(_DIRECTIONS, _OFFSETS, _WIDTHS), (3, -1))
 """Edges to begin with: radians, shares of the plate's half extent, pitches."""
 _SOFTEST = 1.05
 """Width of an edge, in pitches, from which on the light is smooth within a disc as it is."""
@@ -46,7 +47,7 @@ _UNEVEN = 0.01
 """By how much levels differ from a plane's beside the shadow, in levels."""
 _FEWEST = 12
 """Levels that an edge with four parameters and a plane leave some of."""
-_STEPS, _ENOUGH = 12, 1e-3
+_STEPS, _ENOUGH = 12, 1e-2
 _TINY = 1e-12
 
 
@@ -68,8 +69,8 @@ class ShadowEdge:
 
     def moved(self, step: FloatArray) -> ShadowEdge:
         """Return the edge with parameters that are larger by a (6,) step, within limits."""
-        step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
-        parameters = np.clip(self.parameters + step, _LEAST, _MOST)
+        step = np.minimum(np.maximum(step, -_LARGEST_STEP), _LARGEST_STEP)
+        parameters = np.minimum(np.maximum(self.parameters + step, _LEAST), _MOST)
         return ShadowEdge(self.middle, self.pitch, parameters)
 
     @property
@@ -85,7 +86,14 @@ class ShadowEdge:
 
     def left(self, u: FloatArray | SingleArray, v: FloatArray | SingleArray) -> SingleArray:
         """Return the (...) shares of the light that are left at (...) pixels u, v."""
-        return self.with_slopes(u, v)[0]
+        across, _ = self._places(u, v)
+        taken, density = normal_distribution(across)
+        moments = self.parameters[_SIMPLE:].astype(np.float32)
+        if moments.any():
+            hermite = _hermite(across, density)
+            for order, moment in zip(_ORDERS, moments, strict=True):
+                taken -= moment * hermite[order]
+        return self._of_taken(taken)
 
     def with_slopes(
         self,
@@ -94,29 +102,73 @@ class ShadowEdge:
         out: SingleArray | None = None,
     ) -> tuple[SingleArray, SingleArray]:
         """Return the (...) shares that are left and their (6, ...) slopes, perhaps in `out`."""
-        direction, offset, width, depth, *moments = (np.float32(each) for each in self.parameters)
-        x = ((u - self.middle[0]) / self.pitch).astype(np.float32)
-        y = ((v - self.middle[1]) / self.pitch).astype(np.float32)
-        cosine, sine, scale = np.cos(direction), np.sin(direction), np.exp(-width)
-        z = (x * cosine + y * sine - offset) * scale
-        taken, density = normal_distribution(z)
-        # the derivative of He_n times the density is -He_(n+1) times the density
-        hermite = [density, z * density]
-        while len(hermite) <= _ORDERS[-1] + 1:
-            hermite.append(z * hermite[-1] - (len(hermite) - 1) * hermite[-2])
-        steep = density.copy()
-        for order, moment in zip(_ORDERS, moments, strict=True):
+        slopes = np.empty((PARAMETERS, *u.shape), np.float32) if out is None else out
+        across, along = self._places(u, v)
+        taken, steep = normal_distribution(across)
+        hermite = _hermite(across, steep.copy())
+        moments = self.parameters[_SIMPLE:].astype(np.float32)
+        for k, (order, moment) in enumerate(zip(_ORDERS, moments, strict=True)):
             taken -= moment * hermite[order]
             steep += moment * hermite[order + 1]
-        steep *= depth
-        slopes = np.empty((PARAMETERS, *z.shape), np.float32) if out is None else out
-        np.multiply(steep, scale, out=slopes[1])
-        np.multiply(slopes[1], x * sine - y * cosine, out=slopes[0])
-        np.multiply(steep, z, out=slopes[2])
-        np.negative(taken, out=slopes[3])
-        for k, order in enumerate(_ORDERS):
-            np.multiply(depth, hermite[order], out=slopes[_SIMPLE + k])
-        return np.maximum(1 - depth * taken, _DARKEST), slopes
+            np.multiply(hermite[order], np.float32(self.parameters[3]), out=slopes[_SIMPLE + k])
+        self._simple_slopes((across, along), taken, steep, slopes)
+        return self._of_taken(taken), slopes
+
+    def with_simple_slopes(self, u: FloatArray, v: FloatArray) -> tuple[SingleArray, SingleArray]:
+        """Return shares and (4, ...) slopes by all but the moments, which are taken to be 0."""
+        slopes = np.empty((_SIMPLE, *u.shape), np.float32)
+        places = self._places(u, v)
+        taken, steep = normal_distribution(places[0])
+        self._simple_slopes(places, taken, steep, slopes)
+        return self._of_taken(taken), slopes
+
+    def _places(
+        self, u: FloatArray | SingleArray, v: FloatArray | SingleArray
+    ) -> tuple[SingleArray, SingleArray]:
+        """Return (...) places across the edge in its widths, and along it in pitches."""
+        direction, offset, width = self.parameters[:3].tolist()
+        cosine, sine = math.cos(direction) / self.pitch, math.sin(direction) / self.pitch
+        scale, (x, y) = math.exp(-width), self.middle.tolist()
+        across = u * (cosine * scale) + v * (sine * scale)
+        across -= (x * cosine + y * sine + offset) * scale
+        along = u * sine - v * cosine
+        along -= x * sine - y * cosine
+        return across.astype(np.float32, copy=False), along.astype(np.float32, copy=False)
+
+    def _simple_slopes(
+        self,
+        places: tuple[SingleArray, SingleArray],
+        taken: SingleArray,
+        steep: SingleArray,
+        out: SingleArray,
+    ) -> None:
+        """Set the (4, ...) slopes of what is left; what is taken falls as steeply as given."""
+        across, along = places
+        width, depth = self.parameters[2:4].tolist()
+        steep *= np.float32(depth)
+        np.multiply(steep, np.float32(math.exp(-width)), out=out[1])
+        np.multiply(out[1], along, out=out[0])
+        np.multiply(steep, across, out=out[2])
+        np.negative(taken, out=out[3])
+
+    def _of_taken(self, taken: SingleArray) -> SingleArray:
+        """Return the shares that are left where (...) shares of the depth are taken, in place."""
+        taken *= -np.float32(self.parameters[3])
+        taken += np.float32(1.0)
+        return np.asarray(np.maximum(taken, _DARKEST, out=taken))
+
+
+def _hermite(x: SingleArray, density: SingleArray) -> list[SingleArray]:
+    """Return Hermite's polynomials of (...) numbers up to those needed, times their density.
+
+    The derivative of He_n times the density is -He_(n+1) times the density.
+    """
+    out = [density, x * density]
+    while len(out) <= _ORDERS[-1] + 1:
+        following = x * out[-1]
+        following -= np.float32(len(out) - 1) * out[-2]
+        out.append(following)
+    return out
 
 
 @dataclass(frozen=True)
@@ -142,10 +194,10 @@ class _LevelsInShadow:
     @cached_property
     def _modelled(self) -> tuple[FloatArray, FloatArray]:
         """(n,) residuals of the levels, and (3 + 4, n) derivatives of what is modelled."""
-        left, by_edge = self.edge.with_slopes(*self.places)
-        even = self.plane @ self.terms
         # moments are left to the pixels
-        slopes = np.concatenate([self.terms * left, by_edge[:_SIMPLE] * even])
+        left, by_edge = self.edge.with_simple_slopes(*self.places)
+        even = self.plane @ self.terms
+        slopes = np.concatenate([self.terms * left, by_edge * even])
         return self.level - even * left, slopes
 
     @cached_property
@@ -156,11 +208,15 @@ class _LevelsInShadow:
     def stepped(self, damping: float) -> _LevelsInShadow:
         """Return the levels after a damped step."""
         residuals, slopes = self._modelled
-        normal = (slopes * self.weight) @ slopes.T
-        normal += damping * np.diag(np.diag(normal)) + 1e-12 * np.eye(len(normal))
-        step = np.linalg.solve(normal, slopes @ (self.weight * residuals))
-        edge = self.edge.moved(np.append(step[len(self.plane) :], _EVEN))
-        return replace(self, plane=self.plane + step[: len(self.plane)], edge=edge)
+        weighted = slopes * self.weight
+        normal = weighted @ slopes.T
+        diagonal = normal.ravel()[:: len(normal) + 1]
+        diagonal *= 1.0 + damping
+        diagonal += _TINY
+        step = np.linalg.solve(normal, weighted @ residuals)
+        edge = self.edge.moved(np.concatenate([step[len(self.plane) :], _EVEN]))
+        plane = self.plane + step[: len(self.plane)]
+        return _LevelsInShadow(self.level, self.weight, self.terms, self.places, plane, edge)
 
 
 def edge_in(light: Light, pitch: float) -> ShadowEdge | None:
@@ -176,21 +232,22 @@ def edge_in(light: Light, pitch: float) -> ShadowEdge | None:
         return None
     middle = light.places.mean(axis=0)
     extent = float(np.max(np.abs(light.places - middle)))
-    x, y = (light.places - middle).T / extent
-    root = np.asarray((light.variance + (_UNEVEN * typical(light.level)) ** 2) ** -0.5, dtype=float)
-    terms = np.stack([np.ones_like(x), x, y])
-    plane = np.linalg.qr((terms * root).T)[0]
-    left = root * light.level
-    left = left - plane @ (plane.T @ left)
+    x, y = places = (light.places - middle).T / extent
+    root = (light.variance + (_UNEVEN * typical(light.level)) ** 2) ** -0.5
+    terms = np.array([np.ones_like(x), x, y])
+    weighted, level = terms * root, root * light.level
+    # what planes leave of things is their part beside them
+    beside = np.eye(len(x)) - weighted.T @ np.linalg.solve(weighted @ weighted.T, weighted)
+    left = beside @ level
     if left @ left < len(x):
         return None
-    steps = _steps(np.stack([x, y]), pitch / extent)
-    chosen = _best_of(root * steps.taken, (plane, left), -_SHALLOWEST * typical(light.level))
+    steps = _steps(places, pitch / extent)
+    chosen = _best_of(root * steps.taken, beside, left, -_SHALLOWEST * typical(light.level))
     if chosen is None:
         return None
     direction, offset, width = steps.parameters[:, chosen]
-    basis = np.concatenate([terms, steps.taken[chosen, None]])
-    factors = np.linalg.lstsq((basis * root).T, root * light.level, rcond=None)[0]
+    basis = np.concatenate([weighted, root * steps.taken[chosen, None]])
+    factors = np.linalg.solve(basis @ basis.T, basis @ level)
     pitches = extent / pitch
     parameters = [direction, offset * pitches, math.log(width * pitches), -factors[-1] / factors[0]]
     edge = ShadowEdge(middle, pitch, np.array([*parameters, *_EVEN])).moved(np.zeros(PARAMETERS))
@@ -208,35 +265,32 @@ class _Steps(NamedTuple):
     """
 
     parameters: FloatArray
-    taken: FloatArray
+    taken: SingleArray
 
 
 def _steps(places: FloatArray, pitch: float) -> _Steps:
     """Return steps of the light at (2, n) places in units of the plate's half extent."""
-    grid = np.meshgrid(_DIRECTIONS, _OFFSETS, _WIDTHS * pitch)
-    direction, offset, width = parameters = np.reshape(grid, (3, -1))
-    across = np.stack([np.cos(direction), np.sin(direction)], axis=1) @ places
-    across = (across - offset[:, None]) / width[:, None]
+    direction, offset, width = _GRID
+    width = width * pitch
+    across = np.array([np.cos(direction) / width, np.sin(direction) / width]).T @ places
+    across -= (offset / width)[:, None]
     taken, _ = normal_distribution(across.astype(np.float32))
-    return _Steps(parameters, taken.astype(float))
+    return _Steps(np.array([direction, offset, width]), taken)
 
 
-def _best_of(
-    steps: FloatArray, levels: tuple[FloatArray, FloatArray], highest: float
-) -> int | None:
+def _best_of(steps: FloatArray, beside: FloatArray, left: FloatArray, highest: float) -> int | None:
     """Return which step explains best what a plane leaves of levels.
 
     Args:
         steps: (c, n) steps, weighted as the levels are.
-        levels: (n, 3) orthonormal basis of planes, and the (n,) levels without their part in it.
+        beside: (n, n) projection to what planes leave.
+        left: (n,) levels after it.
         highest: Factor of a step that is not above this makes the light darker.
 
     Returns:
         Number of the step, None if none makes the light darker.
     """
-    plane, left = levels
-    steps = steps - (steps @ plane) @ plane.T
-    along, square = steps @ left, np.sum(steps * steps, axis=1)
+    along, square = steps @ left, np.einsum("cn,cn->c", steps @ beside, steps)
     darker = along < highest * square
     explained = np.where(darker, along * along / np.maximum(square, _TINY), -1.0)
     return int(np.argmax(explained)) if darker.any() else None

@@ -27,13 +27,14 @@ from handeye_cli.geometry.disc_steps import (
     advanced,
     clip_rows,
     foretold,
+    kept_columns,
     limited,
     linearised,
     normal_equations,
     with_prior,
     with_terms,
 )
-from handeye_cli.geometry.light_slopes import typical
+from handeye_cli.geometry.light_slopes import POWERS, typical
 from handeye_cli.geometry.sensor_limits import held_within
 from handeye_cli.geometry.shadow_edge import PARAMETERS, SPREADS, ShadowEdge, edge_in
 
@@ -176,7 +177,7 @@ def _stepped(
         own, right = held_within(own, right, state, (LIGHT, INK), noise)
     own, right = with_prior(own, right, state, prior)
     both = normal[:, PARAMETERS:, :PARAMETERS]
-    kept = np.broadcast_to(np.eye(state.shape[1])[:, KEPT], (*state.shape, len(KEPT)))
+    kept = np.broadcast_to(kept_columns(state.shape[1]), (*state.shape, len(KEPT)))
     solved = np.linalg.solve(own, np.concatenate([both, right[..., None], kept], axis=2))
     by_shadow, alone = solved[..., :PARAMETERS], solved[..., PARAMETERS]
     border = normal[:, :PARAMETERS, :PARAMETERS] - np.swapaxes(both, 1, 2) @ by_shadow
@@ -230,6 +231,6 @@ def _loosened(prior: Prior, variance: float, slack: tuple[float, float]) -> Prio
     level, length = slack
     precision = prior.precision.copy()
     course = precision[:, COURSE.start - GROWTH :]
-    size = level / length ** np.array([1, 1, 2, 2, 2])[: course.shape[1]]
+    size = level / length ** POWERS[: course.shape[1]]
     course /= 1.0 + course * size**2 / variance
     return replace(prior, precision=precision)

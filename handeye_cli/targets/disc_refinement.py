@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel
-from handeye_cli.geometry.disc_conics import images_of, offsets_of_middles
+from handeye_cli.geometry.disc_conics import PlateInView, offsets_of_middles
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.geometry.disc_projection import centres_of, outlines
 from handeye_cli.geometry.light_slopes import typical
+from handeye_cli.geometry.two_by_two import determinants
 from handeye_cli.records import Camera, FloatArray, GreyImage
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.plate_map import plate_map
@@ -54,8 +55,8 @@ def refine_discs(
     begun = _begun(found, seen.pixels, camera)
     if begun is None:
         return Detection.missing("with these intrinsics the plate cannot be seen where it is")
-    to_pixel, start = begun
-    fit = fit_discs(grey, found, to_pixel, start)
+    view, start = begun
+    fit = fit_discs(grey, view, start)
     good = _holds(fit, start)
     if good.sum() < pnp.MIN_POINTS:
         return Detection.missing(f"the edges of {len(found)} discs are too blurred or too faint")
@@ -63,7 +64,7 @@ def refine_discs(
     sigma = float(np.sqrt(np.mean(spread)))
     fitted = Detection(seen.ids[good], fit.pixels[good], sigma)
     # the camera's map was as good with rough centres, the plane's was not
-    return fitted if camera else _carried(found[good], fitted, to_pixel, None)
+    return fitted if camera else _carried(found[good], fitted, view.to_pixel, None)
 
 
 def recentred_discs(
@@ -95,32 +96,32 @@ def _carried(
 
 def _begun(
     found: FloatArray, pixels: FloatArray, camera: Camera | None
-) -> tuple[PlateToPixel, FloatArray] | None:
-    """Return the plate's map and the centres by rough ones, or None where there is no sense in it.
+) -> tuple[PlateInView, FloatArray] | None:
+    """Return the plate's view and the centres by rough ones, or None where there is no sense in it.
 
     Intrinsics of some other camera, or of none, can leave no pose of the plate that shows discs.
     """
-    to_pixel = plate_map(found[:, :2], pixels, camera)
-    images = images_of(found, to_pixel)
-    if not _are_discs(images, pixels):
+    view = PlateInView(found, plate_map(found[:, :2], pixels, camera))
+    if not _are_discs(view.images, pixels):
         return None
-    start = pixels - offsets_of_middles(images)
-    if np.max(np.abs(start - pixels)) > _NOTICEABLE:
-        to_pixel = plate_map(found[:, :2], start, camera)
-        if not _are_discs(images_of(found, to_pixel), pixels):
+    offsets = offsets_of_middles(view.images)
+    start = pixels - offsets
+    if np.max(np.abs(offsets)) > _NOTICEABLE:
+        view = PlateInView(found, plate_map(found[:, :2], start, camera))
+        if not _are_discs(view.images, pixels):
             return None
-    return to_pixel, start
+    return view, start
 
 
 def _are_discs(images: FloatArray, pixels: FloatArray) -> bool:
     """Return whether outlines are ellipses, by their (n, 17, 2) images, and within the plate's."""
     rim = images[:, :-1] - images[:, -1:]
-    if not np.max(np.abs(rim)) < np.max(np.ptp(pixels, axis=0)):
+    if not np.max(np.abs(rim)) < np.max(pixels.max(axis=0) - pixels.min(axis=0)):
         return False
     squares = np.swapaxes(rim, 1, 2) @ rim
-    thinnest = (_THINNEST * np.trace(squares, axis1=1, axis2=2)) ** 2
+    thinnest = (_THINNEST * (squares[:, 0, 0] + squares[:, 1, 1])) ** 2
     # false for what is not a number, too
-    return bool(np.all(np.linalg.det(squares) > thinnest))
+    return bool(np.all(determinants(squares) > thinnest))
 
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:

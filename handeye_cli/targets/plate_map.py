@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 
@@ -12,6 +14,10 @@ from handeye_cli.records import Camera, FloatArray
 
 _CLOSE = 1e-7
 """Error of the directions of found points, which are good to 1e-5 at best."""
+_COEFFICIENTS, _UNTIL_CLOSE = 12, (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 30, 1e-6)
+"""How many coefficients OpenCV is given, and when it stops, in pixels."""
+_undistort: Any = getattr(cv2, "undistortPointsIter", cv2.undistortPoints)
+"""OpenCV 4 has another name for the one that can be told when to stop."""
 _ENOUGH = 25
 """Points from which on a cubic with 10 coefficients is well determined."""
 
@@ -28,11 +34,7 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     Returns:
         A function of (..., 2) points of the plane, metres, that gives their (..., 2) pixels.
     """
-    directions = (
-        None
-        if camera is None
-        else normalise(pixels, camera.parameters, camera.model, tolerance=_CLOSE)
-    )
+    directions = None if camera is None else _directions(pixels, camera)
     # A lens that leaves pixels without a direction cannot be right: as good as none.
     if camera is None or directions is None or not np.all(np.isfinite(directions)):
         H = _homography(plate, pixels)
@@ -40,6 +42,27 @@ def plate_map(plate: FloatArray, pixels: FloatArray, camera: Camera | None) -> P
     H, parameters, model = _homography(plate, directions), camera.parameters, camera.model
     focal, middle, distortion = parameters[:2], parameters[2:4], parameters[4:]
     return lambda p: distort(_projective(H, p), distortion, model) * focal + middle
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _directions(pixels: FloatArray, camera: Camera) -> FloatArray:
+    """Return the (n, 2) directions of pixels on the plane z = 1, NaN where there is none.
+
+    OpenCV takes a tenth of the time of the kernel, but does not say where it fails.
+    """
+    parameters, distortion = camera.parameters, np.array(camera.distortion)
+    if camera.model != "equidistant" and len(distortion) > 0:
+        (fx, fy), (cx, cy) = focal, middle = parameters[:2], parameters[2:4]
+        matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+        lens = np.zeros(_COEFFICIENTS)
+        lens[: len(distortion)] = distortion
+        found = _undistort(pixels, matrix, lens, R=None, P=None, criteria=_UNTIL_CLOSE)
+        directions = np.asarray(found, dtype=np.float64).reshape(pixels.shape)
+        missed = distort(directions, distortion, camera.model) - (pixels - middle) / focal
+        # false for what is not a number, too
+        if np.max(np.abs(missed)) < _CLOSE:
+            return directions
+    return normalise(pixels, parameters, camera.model, tolerance=_CLOSE)
 
 
 def _homography(plate: FloatArray, image: FloatArray) -> FloatArray:
@@ -69,5 +92,6 @@ def _cubic_terms(at: FloatArray) -> FloatArray:
 
 
 def _projective(H: FloatArray, plate: FloatArray) -> FloatArray:
-    mapped = plate @ H[:, :2].T + H[:, 2]
-    return np.asarray(mapped[..., :2] / mapped[..., 2:])
+    # as rows of coordinates, which is twice as fast as point by point
+    mapped = H[:, :2] @ plate.reshape(-1, 2).T + H[:, 2:]
+    return np.asarray((mapped[:2] / mapped[2]).T.reshape(plate.shape))

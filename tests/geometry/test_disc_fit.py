@@ -10,6 +10,7 @@ import pytest
 
 from handeye_cli.geometry import rotations, se3
 from handeye_cli.geometry.camera import project
+from handeye_cli.geometry.disc_conics import PlateInView
 from handeye_cli.geometry.disc_fit import DiscFit, fit_discs
 from handeye_cli.records import Camera
 from handeye_cli.simulate.bound import centre_bound
@@ -65,7 +66,7 @@ class View:
 
     def fit(self, rng, picture) -> DiscFit:
         start = self.truth + rng.normal(scale=0.2, size=self.truth.shape)
-        return fit_discs(picture, DISCS, self.to_pixel, start)
+        return fit_discs(picture, PlateInView(DISCS, self.to_pixel), start)
 
 
 def rms(fit, view):
@@ -174,7 +175,8 @@ def test_the_first_guess_may_be_a_pixel_off():
     view = View.at(rng, 25.0)
     picture = view.picture(rng, noise=2.0)
     near = view.fit(rng, picture)
-    away = fit_discs(picture, DISCS, view.to_pixel, view.truth + np.array([0.8, -0.8]))
+    start = view.truth + np.array([0.8, -0.8])
+    away = fit_discs(picture, PlateInView(DISCS, view.to_pixel), start)
     assert np.max(np.abs(away.pixels - near.pixels)) < 0.003
 
 

@@ -64,3 +64,36 @@ def test_a_target_seen_edge_on_still_has_a_map():
     plate = plane(3, 2)
     pixels = np.stack([100.0 + 1e4 * plate[:, 0], np.full(6, 50.0)], axis=1)
     assert np.all(np.isfinite(plate_map(plate, pixels, None)(plate)))
+
+
+LENSES = {
+    "plumb_bob": [(), (-0.2, 0.05, 0.0005, -0.0003), (-0.3, 0.12, 0.001, -0.002, -0.02)],
+    "rational_polynomial": [
+        (0.4, -0.2, 0.0004, 0.0002, 0.05, 0.6, -0.1, 0.02),
+        (0.4, -0.2, 0.0004, 0.0002, 0.05, 0.6, -0.1, 0.02, 1e-3, -2e-4, -8e-4, 1e-4),
+    ],
+    "equidistant": [(0.02, -0.01, 0.003, -0.0005)],
+}
+
+
+@pytest.mark.parametrize(
+    ("model", "distortion"), [(model, each) for model, some in LENSES.items() for each in some]
+)
+def test_the_map_is_that_of_the_lens(model, distortion):
+    camera = Camera(1600, 1200, 1376.0, 1380.0, 797.0, 602.0, distortion, model)
+    plate = plane(7, 5)
+    pose = se3.from_parts(rotations.exp(np.array([0.5, -0.3, 0.2])), np.array([-0.02, -0.01, 0.06]))
+    points = se3.transform_points(pose, np.pad(plate, ((0, 0), (0, 1))))
+    pixels = project(points, camera.parameters, model)
+    np.testing.assert_allclose(plate_map(plate, pixels, camera)(plate), pixels, atol=5e-4)
+
+
+def test_a_lens_that_gives_pixels_no_direction_is_as_good_as_none():
+    """This one shows nothing beyond 0.39 focal lengths; the plate is farther out."""
+    folding = Camera(1600, 1200, 400.0, 400.0, 797.0, 602.0, (-1.0, 0.0, 0.0, 0.0))
+    plate = plane(6, 6)
+    pixels = seen(plate)
+    assert np.max(np.abs(pixels - [797.0, 602.0])) > 0.39 * 400.0
+    np.testing.assert_array_equal(
+        plate_map(plate, pixels, folding)(plate), plate_map(plate, pixels, None)(plate)
+    )
