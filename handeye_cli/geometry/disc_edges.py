@@ -17,6 +17,8 @@ from handeye_cli.geometry.sensor_limits import IntArray
 _NEIGHBOURS = 4
 _FAR = 3.2
 """Blurs beyond which the edge of another disc is not noticed."""
+_UPPER, _TWICE = [0, 1, 2, 4, 5, 8], np.array([1.0, 2.0, 2.0, 1.0, 2.0, 1.0])
+"""Where the coefficients of a square are among the products of those of 1, u, v; and how often."""
 _LEAST = np.float32(1e-9)
 """Least square of a slope, as roots are taken."""
 
@@ -141,8 +143,9 @@ class Others:
     """The other discs next to each of n discs, as they lie on the plate.
 
     Attributes:
-        square: (n, k, 6) coefficients of 1, u, v, uu, uv, vv of the squared distance from the
-            centre in radii, for pixels from the image of the disc's own centre; k at most 4.
+        square: (n, 2, k, 6) coefficients of 1, u, v, uu, uv, vv of the squared distance from the
+            centre in radii, and of the square of half its slope, for pixels from the image of the
+            disc's own centre; k at most 4.
         gap: Smallest distance between two edges, pixels.
     """
 
@@ -164,8 +167,9 @@ def others_of(discs: FloatArray, places: FloatArray, conics: Conics) -> Others:
     count = min(_NEIGHBOURS, len(discs) - 1)
     index = np.argpartition(apart, count - 1, axis=1)[:, :count]
     seen_from = conics.centre - conics.origin - places
-    square = moved_to(conics.level[index], places[:, None] + seen_from[index])
-    square[..., 0] += 1.0
+    square = np.stack([conics.level, _steepness(conics.level)], axis=1)
+    square[:, 0, 0] += 1.0
+    square = moved_to(square[index].swapaxes(1, 2), (places[:, None] + seen_from[index])[:, None])
     gap = (np.min(apart, axis=1) / radius - 1.0) * conics.ellipses.half_axes[1]
     return Others(square, float(np.min(gap)))
 
@@ -193,7 +197,7 @@ def measure(
     weight = pixels.weight * (np.abs(distance) < band)
     distances = distance[None]
     if others.gap < band + _FAR * blur:
-        square = moved_to(others.square, (conics.origin - conics.centre)[:, None])
+        square = moved_to(others.square, (conics.origin - conics.centre)[:, None, None])
         distances = np.stack([distance, _nearest(square, 1.0 + growth, pixels.terms)])
     at_limits = pixels.at_limits[weight.ravel()[pixels.at_limits] > 0.0]
     return LargeDiscs(weight, pixels.grey * weight, pixels.terms, at_limits, distances, by_shift)
@@ -242,19 +246,24 @@ def _values(rows: FloatArray, terms: SingleArray) -> SingleArray:
     return out
 
 
+def _steepness(level: FloatArray) -> FloatArray:
+    """Return the (n, 6) coefficients of a quarter of the squared slope of (n, 6) quadratics."""
+    slopes = 0.5 * slopes_of(level)
+    products = (slopes.swapaxes(1, 2) @ slopes).reshape(-1, 9)
+    return np.asarray(products[:, _UPPER] * _TWICE)
+
+
 def _nearest(square: FloatArray, radius: float, terms: SingleArray) -> SingleArray:
     """Return the (n, m) distances from the nearest edges, positive inside, to first order.
 
     Args:
-        square: (n, k, 6) coefficients of the squared distances from k centres, in radii.
+        square: (n, 2, k, 6) coefficients of k discs, as `Others` has them.
         radius: Where the edges are.
         terms: (6, n, m) pixels.
     """
-    a, b, c = np.moveaxis(slopes_of(0.5 * square), -1, 0)
-    steep = np.stack([a * a, 2.0 * a * b, 2.0 * a * c, b * b, 2.0 * b * c, c * c], axis=-1)
-    values = _values(np.concatenate([square, steep[..., 0, :] + steep[..., 1, :]], axis=1), terms)
+    values = _values(square.reshape(len(square), -1, 6), terms)
     np.maximum(values, _LEAST, out=values)
-    squared, steepness = np.split(values, 2)
+    squared, steepness = values[: len(values) // 2], values[len(values) // 2 :]
     distance = np.sqrt(squared)
     distance *= np.float32(radius)
     distance -= squared

@@ -213,10 +213,12 @@ def _unlikely(covariance: FloatArray, right: FloatArray) -> FloatArray:
 
 def _shared(at: FloatArray, places: FloatArray, amount: float, length: float) -> FloatArray:
     """Return (m, 5, n) covariances of the course's coefficients with the levels."""
-    x, y = np.moveaxis(at[:, None] - places, -1, 0) / length
-    bell = amount**2 * _bell(x * x + y * y)
-    bends = [0.5 * (x * x - 1.0), x * y, 0.5 * (y * y - 1.0)]
-    out = bell[:, None] * np.stack([-x, -y, *bends], axis=1)
+    x, y = (at[:, :1] - places[:, 0]) / length, (at[:, 1:] - places[:, 1]) / length
+    xx, yy = x * x, y * y
+    bell = amount**2 * _bell(xx + yy)
+    out = np.empty((len(at), len(POWERS), len(places)))
+    for k, factor in enumerate([-x, -y, 0.5 * (xx - 1.0), x * y, 0.5 * (yy - 1.0)]):
+        np.multiply(bell, factor, out=out[:, k])
     out /= length ** POWERS[:, None]
     out[:, :2] += _PLANE * places.T
     return np.asarray(out)
