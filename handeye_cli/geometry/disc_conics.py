@@ -134,8 +134,7 @@ def conics_of(images: FloatArray) -> Conics:
     weighted = terms / np.hypot(along[:, 0], along[:, 1])[:, None]
     fitting = np.linalg.inv(weighted @ terms.transpose(0, 2, 1)) @ weighted
     level = np.empty((len(images), 6))
-    level[:, 0] = -1.0
-    np.sum(fitting, axis=-1, out=level[:, 1:])
+    level[:, 0], level[:, 1:] = -1.0, fitting @ _ONE
     slopes = slopes_of(level)
     steepest = slopes[..., 1:] @ rim
     steepest += slopes[..., :1]
@@ -169,6 +168,7 @@ def moved_to(level: FloatArray, origin: FloatArray) -> FloatArray:
     slopes = slopes_of(level)
     change = (slopes[..., 1:] @ origin[..., None])[..., 0]
     out = level.copy()
-    out[..., 0] += np.sum(origin * (slopes[..., 0] + 0.5 * change), axis=-1)
+    moved = origin * (slopes[..., 0] + 0.5 * change)
+    out[..., 0] += moved[..., 0] + moved[..., 1]
     out[..., 1:3] += change
     return out

@@ -43,7 +43,8 @@ class Edges(ABC):
     @cached_property
     def count(self) -> FloatArray:
         """(n,) pixels that take part."""
-        return np.asarray(np.sum(self.weight, axis=1, dtype=float))
+        # single precision counts so few pixels
+        return np.asarray(np.sum(self.weight, axis=1), dtype=float)
 
     @property
     def clipped(self) -> bool:

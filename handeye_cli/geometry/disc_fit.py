@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,11 @@ class DiscFit:
     blur: FloatArray
     contrast: FloatArray
     misfit: FloatArray
+
+    @cached_property
+    def variance(self) -> FloatArray:
+        """(n,) variances of a pixel coordinate, in the mean of both."""
+        return np.asarray(self.covariance[:, 0, 0] + self.covariance[:, 1, 1]) / 2.0
 
 
 def fit_discs(image: NDArray[np.uint8], view: PlateInView, start: FloatArray) -> DiscFit:

@@ -98,7 +98,7 @@ class Progress:
         freedom = np.sum((self.count - self.state.shape[1])[self.sound])
         return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), LEAST_VARIANCE)
 
-    @property
+    @cached_property
     def blur(self) -> float:
         """Typical blur, pixels."""
         return typical(self.state[:, BLUR])
@@ -188,7 +188,8 @@ def foretold(
     squares: FloatArray, normal: FloatArray, wanted: FloatArray, step: FloatArray
 ) -> FloatArray:
     """Return the (n,) sums of squares after (n, p) steps, as the normal equations have them."""
-    change = np.sum(step * ((normal @ step[..., None])[..., 0] - 2.0 * wanted), axis=1)
+    slope = (normal @ step[..., None])[..., 0] - 2.0 * wanted
+    change = np.einsum("np,np->n", step, slope)
     return np.asarray(np.maximum(squares + change, 0.0))
 
 

@@ -112,7 +112,8 @@ def _filled(
     starts = np.concatenate([starts, spare], axis=1).ravel() - (np.cumsum(length) - length)
     column = np.repeat(starts.astype(np.float32), length).reshape(-1, most)
     column += np.arange(column.size, dtype=np.float32).reshape(-1, most)
-    downwards = np.tile(np.concatenate([rows, rows, [0.0]]).astype(np.float32), len(count))
+    downwards = np.concatenate([rows, rows, [0.0]]).astype(np.float32)
+    downwards = np.broadcast_to(downwards, (len(count), len(downwards))).ravel()
     row = np.repeat(downwards, length).reshape(-1, most)
     held = np.arange(most) < count
     np.copyto(column, spare, where=~held, casting="same_kind")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -60,8 +61,7 @@ def refine_discs(
     good = _holds(fit, start)
     if good.sum() < pnp.MIN_POINTS:
         return Detection.missing(f"the edges of {len(found)} discs are too blurred or too faint")
-    spread = np.trace(fit.covariance[good], axis1=1, axis2=2) / 2.0
-    sigma = float(np.sqrt(np.mean(spread)))
+    sigma = math.sqrt(float(np.mean(fit.variance[good])))
     fitted = Detection(seen.ids[good], fit.pixels[good], sigma)
     # the camera's map was as good with rough centres, the plane's was not
     return fitted if camera else _carried(found[good], fitted, view.to_pixel, None)
@@ -126,11 +126,11 @@ def _are_discs(images: FloatArray, pixels: FloatArray) -> bool:
 
 def _holds(fit: DiscFit, rough: FloatArray) -> NDArray[np.bool_]:
     relative = fit.contrast / typical(fit.contrast)
-    sigma = np.sqrt(np.trace(fit.covariance, axis1=1, axis2=2) / 2.0)
+    away = fit.pixels - rough
     return np.asarray(
-        (np.linalg.norm(fit.pixels - rough, axis=1) < _FARTHEST)
+        (np.hypot(away[:, 0], away[:, 1]) < _FARTHEST)
         & (np.abs(fit.growth - typical(fit.growth)) < _LARGEST_GROWTH)
-        & (sigma < _LARGEST_SIGMA)
+        & (fit.variance < _LARGEST_SIGMA**2)
         & (fit.misfit < _LARGEST_MISFIT)
         & (relative > _LOWEST_CONTRAST)
     )
