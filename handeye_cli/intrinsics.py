@@ -12,6 +12,7 @@ from handeye_cli.geometry import bundle, pnp
 from handeye_cli.geometry.camera import Lens
 from handeye_cli.records import Camera, Features, Finding
 from handeye_cli.views import Views
+from handeye_cli.wording import CALIBRATE_AGAIN
 
 _MIN_VIEWS = 3
 _MIN_VIEWS_TO_DOUBT = 6
@@ -82,7 +83,7 @@ def better_intrinsics(views: Views, camera: Camera, sigma: float) -> Finding | N
         "warning",
         f"the given intrinsics leave a residual of {sigma:.2f} px, intrinsics calibrated from the "
         f"same images {left:.2f} px",
-        "'handeye solve RECORDING --calibrate-intrinsics', or calibrate the camera again",
+        CALIBRATE_AGAIN,
     )
 
 

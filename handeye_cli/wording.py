@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 from handeye_cli.conventions import MM, MRAD
 
+CALIBRATE_AGAIN = "'handeye solve RECORDING --calibrate-intrinsics', or calibrate the camera again"
+"""The next step where intrinsics were given that the pixels contradict."""
+
 
 def first_few(names: Sequence[str], most: int) -> str:
     """Return the first names of a list, and how many more there are: `a, b and 3 more`.

@@ -59,6 +59,7 @@ def batch(
     check_output(output)
     _check_flags(recordings, mcap, protocol, solver)
     existing = open_calibration(protocol.calibration)
+    intrinsics_from = _file_of(camera_file)
     treatment = _treatment(protocol, intrinsics, solver, existing)
     names = recording_names(recordings.paths)
     engine = _engine(labour, len(names))
@@ -74,7 +75,8 @@ def batch(
     ]
     with progress(len(jobs), quiet=output.quiet) as tell:
         rows = rows_of(jobs, engine, keep, tell)
-    _finish(_traced(rows, existing, flags | given(protocol)), kept, output)
+    inputs = [] if existing is None else [existing.file]
+    _finish(_traced(rows, inputs + intrinsics_from, flags | given(protocol)), kept, output)
 
 
 def _treatment(
@@ -169,16 +171,29 @@ def _keeper(kept: Kept, names: Sequence[str], output: Output) -> Callable[[int, 
     return keep
 
 
-def _traced(rows: Sequence[BatchRow], existing: Opened | None, flags: Mapping[str, Any]) -> Batch:
-    """Return the table, with the calibration as its input; each row knows its recording's digest.
+def _file_of(camera_file: CameraFile) -> list[tuple[str, str]]:
+    """Return the name and the digest of the file of the intrinsics, if there is one.
 
-    What the calibration came of is told in its own document.
+    Raises:
+        InputError: It cannot be read; every recording would be refused for that.
+    """
+    from handeye_cli.documents import cameras
+
+    name = camera_file.camera
+    return [] if name is None else [(name, cameras.sha256_of(name))]
+
+
+def _traced(
+    rows: Sequence[BatchRow], files: Sequence[tuple[str, str]], flags: Mapping[str, Any]
+) -> Batch:
+    """Return the table, with what all recordings share as its inputs, by names and digests.
+
+    Each row knows its recording's digest. What a calibration came of is told in its own document.
     """
     from handeye_cli.records.batch import Batch
 
     table = Batch(tuple(rows))
-    inputs = [] if existing is None else [replace(existing, record=table)]
-    return with_step(table, "batch", inputs, flags)
+    return with_step(table, "batch", [Opened(table, file) for file in files], flags)
 
 
 def _finish(batch: Batch, kept: Kept, output: Output) -> None:

@@ -21,6 +21,7 @@ from handeye_cli.geometry.plate_surface import BOW
 from handeye_cli.pixel_data import PixelData, pixel_data
 from handeye_cli.records import Finding, FloatArray, IntArray, Stations
 from handeye_cli.records.blame import SmoothResiduals
+from handeye_cli.wording import CALIBRATE_AGAIN
 
 LENS = "residuals-over-image"
 """Code of the finding that the lens is not as the intrinsics say."""
@@ -290,7 +291,7 @@ def _better_lens(model: str, *, calibrated: bool) -> str:
             f"the lens model {model} is too simple for this lens: calibrate the camera by "
             f"another tool as {_RICHEST}, and give the result with --camera"
         )
-    return "'handeye solve RECORDING --calibrate-intrinsics', or calibrate the camera again"
+    return CALIBRATE_AGAIN
 
 
 def _unclear(seen: SmoothResiduals) -> Finding:

@@ -12,6 +12,7 @@ from handeye_cli.geometry import se3
 from handeye_cli.lasting_causes import codes_of_lasting
 from handeye_cli.planning.recorded import Recorded
 from handeye_cli.records import Finding, PredictedError
+from handeye_cli.wording import CALIBRATE_AGAIN
 
 LASTING = "new-stations-not-enough"
 """Code of the finding that part of the error is taken to stay, however many stations are added."""
@@ -19,7 +20,6 @@ _SHARE = 0.1
 """Part of a mean square error from which on what lasts is worth a word."""
 _MOST = 0.5
 """The same from which on it is a warning."""
-_FLAG = "--calibrate-intrinsics"
 
 
 def findings_of(recorded: Recorded, error: PredictedError, count: int) -> tuple[Finding, ...]:
@@ -37,11 +37,11 @@ def findings_of(recorded: Recorded, error: PredictedError, count: int) -> tuple[
 
 def _for_a_plan(finding: Finding, count: int) -> Finding:
     """Return the finding, its advice in whole commands where it was in flags of another one."""
-    if _FLAG in finding.advice:
+    if finding.advice == CALIBRATE_AGAIN:
         advice = (
-            f"estimate the intrinsics first: 'handeye extrinsics RECORDING {_FLAG} -o "
-            f"calibrated.yaml', then 'handeye plan --after calibrated.yaml --stations {count}'; or "
-            "calibrate the camera again"
+            "estimate the intrinsics first: 'handeye extrinsics RECORDING --calibrate-intrinsics "
+            f"-o calibrated.yaml', then 'handeye plan --after calibrated.yaml --stations {count}'; "
+            "or calibrate the camera again"
         )
         return replace(finding, advice=advice)
     if finding.code == LENGTHS_NOT_CHECKED:

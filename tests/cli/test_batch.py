@@ -244,6 +244,13 @@ def test_wrong_usage_is_told_once_and_before_any_work(handeye, words, message):
     assert message in done.err
 
 
+def test_a_camera_that_cannot_be_read_is_told_once_and_before_any_work(handeye, fleet):
+    done = handeye("batch", *fleet, "--camera", "none.yaml#cam1")
+    assert (done.code, done.out) == (3, "")
+    assert done.err.count("none.yaml: ") == 1
+    assert done.err.count("error: ") == 1
+
+
 def test_answers_that_are_there_are_not_replaced(handeye, fleet, tmp_path):
     answers = tmp_path / "answers"
     answers.mkdir()
@@ -352,3 +359,11 @@ def test_lists_that_cannot_be_read(tmp_path):
         assert caught.value.where == f"@{path}"
     with pytest.raises(UsageError, match="twice"):
         recording_names([str(tmp_path / "a"), str(tmp_path / "b" / ".." / "a")])
+
+
+def test_the_intrinsics_of_all_are_told_with_their_digest(handeye, fleet):
+    camera = Path(__file__).resolve().parents[2] / "sample_data" / "camera.yaml"
+    done = handeye("batch", fleet[0], "--camera", camera, "--json", "-q")
+    (step,) = json.loads(done.out)["provenance"]
+    digest = hashlib.sha256(camera.read_bytes()).hexdigest()
+    assert step["inputs"] == [{"file": str(camera), "sha256": digest}]

@@ -68,6 +68,19 @@ def read(source: str, image_size: ImageSize | None) -> CameraSource:
     return CameraSource(source, hashlib.sha256(content).hexdigest(), camera)
 
 
+def sha256_of(source: str) -> str:
+    """Return the SHA-256 of a file of intrinsics.
+
+    Args:
+        source: As `read` takes it.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    path, _ = _split(source)
+    return hashlib.sha256(files.read_bytes(path)).hexdigest()
+
+
 def _split(source: str) -> tuple[str, str | None]:
     path, mark, name = source.rpartition("#")
     if not mark or not path or _is_there(source):
