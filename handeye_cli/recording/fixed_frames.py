@@ -36,7 +36,7 @@ def read(path: Paths, parent: str, child: str, flags: tuple[str, str]) -> FloatA
         tree.require(name, flag) for name, flag in zip((parent, child), flags, strict=True)
     )
     try:
-        chain = tree.chain(start, end)
+        chain = tree.chain(start, end, named=True)
     except InputError as error:
         # the tree speaks of the flags that choose a robot's frames
         error.hint = f"choose frames that one tree joins with {' and '.join(flags)}"

@@ -169,7 +169,7 @@ def _frame_chain(tree: TransformTree, camera_frame: str, options: McapOptions) -
         gripper = tree.require(options.gripper_frame, "--gripper-frame")
     else:
         gripper = _gripper(tree, camera_frame, base)
-    chain = tree.chain(base or tree.root(gripper), gripper)
+    chain = tree.chain(base or tree.root(gripper), gripper, named=bool(base))
     if not chain.dynamic:
         raise InputError(
             f"expected a gripper that moves in its base, found {gripper!r} fixed to {chain.base!r}",
@@ -181,7 +181,7 @@ def _frame_chain(tree: TransformTree, camera_frame: str, options: McapOptions) -
 def _gripper(tree: TransformTree, camera_frame: str, base: str | None) -> str:
     def of_robot(frame: str) -> bool:
         above = tree.ancestors(frame)
-        return camera_frame not in above and (base is None or base in above[1:])
+        return camera_frame not in above and (base is None or tree.is_below(frame, base))
 
     leaves = tree.leaves(of_robot, moving=False)
     if len(leaves) > 1:

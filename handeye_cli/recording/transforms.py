@@ -8,8 +8,9 @@ interpolated linearly and the rotation along the shorter arc; nothing is extrapo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice, pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,11 @@ from handeye_cli.recording.layout import LARGEST
 from handeye_cli.records import FloatArray, IntArray
 
 BoolArray = NDArray[np.bool_]
+Way = tuple[str, ...]
+"""Frames, each of which has the next one as a parent."""
 
+_MOST_WAYS = 64
+"""Ways up from a frame that are looked at; a tree has one."""
 _UNIT_TOLERANCE = 0.01
 """Largest deviation of a quaternion's squared length from 1, tf2's own limit."""
 _MOVING_TRANSLATION = 1e-3
@@ -211,46 +216,95 @@ class TransformTree:
             for child in self._links
             if counts(child) and self._is_dynamic(child, moving=moving)
         }
-        inner = {above for end in ends for above in self.ancestors(end)[1:]}
+        inner = {above for end in ends for way in self._ways(end) for above in way[1:]}
         return sorted(ends - inner)
 
-    def chain(self, base: str, gripper: str) -> Chain:
+    def is_below(self, frame: str, base: str) -> bool:
+        """Return whether one of the ways up from a frame leads to another one."""
+        return frame != base and any(
+            base in way for way in islice(self._ways_up((frame,)), _MOST_WAYS)
+        )
+
+    def chain(self, base: str, gripper: str, *, named: bool = False) -> Chain:
         """Return the links between two frames.
+
+        Args:
+            base: Where it begins.
+            gripper: Where it ends.
+            named: Whether both frames are what the user wants. Then a frame between them may have
+                several parents, if one alone leads from the one to the other.
 
         Raises:
             InputError: They are not in one tree, or a frame between them has several parents.
         """
+        joints = self._joints(base, gripper) if named else set()
+        if len(joints) == 1:
+            return self._joined(base, gripper, joints.pop())
         above_base, above_gripper = self.ancestors(base), self.ancestors(gripper)
-        common = next((frame for frame in above_gripper if frame in above_base), None)
+        common = _first_common(above_gripper, above_base)
         if common is None:
             raise InputError(
                 f"expected {base!r} and {gripper!r} in one tree of frames, found their roots"
                 f" {above_base[-1]!r} and {above_gripper[-1]!r}",
                 hint="choose others with --base-frame and --gripper-frame",
             )
-        return Chain(
-            base,
-            gripper,
-            self._down_to(above_base[: above_base.index(common)]),
-            self._down_to(above_gripper[: above_gripper.index(common)]),
-        )
+        joint = _up_to(common, above_base), _up_to(common, above_gripper)
+        for child in (*joint[0][:-1], *joint[1][:-1]):
+            self._require_one_parent(child)
+        return self._joined(base, gripper, joint)
+
+    def _joined(self, base: str, gripper: str, joint: tuple[Way, Way]) -> Chain:
+        return Chain(base, gripper, *(self._links_down(way) for way in joint))
+
+    def _ways(self, frame: str) -> Iterator[Way]:
+        """Return the ways from a frame to the top, as many as are looked at."""
+        return islice(self._ways_up((frame,)), _MOST_WAYS)
+
+    def _ways_up(self, path: Way) -> Iterator[Way]:
+        """Yield the ways from the end of a path to the top, whichever parents they take."""
+        parents = [each for each in self._links.get(path[-1], ()) if each not in path]
+        if not parents:
+            yield path
+        for parent in parents:
+            yield from self._ways_up((*path, parent))
+
+    def _joints(self, base: str, gripper: str) -> set[tuple[Way, Way]]:
+        """Return the ways up from two frames to where they meet."""
+        ways = product(self._ways(base), self._ways(gripper))
+        met = ((way, other, _first_common(other, way)) for way, other in ways)
+        return {
+            (_up_to(common, way), _up_to(common, other))
+            for way, other, common in met
+            if common is not None
+        }
 
     def _is_dynamic(self, child: str, *, moving: bool) -> bool:
         link = self._links[child][self._parent[child]]
         return not link.static and (link.moves or not moving)
 
-    def _down_to(self, upwards: list[str]) -> tuple[Samples, ...]:
-        return tuple(self._only_link(child) for child in reversed(upwards))
+    def _links_down(self, way: Way) -> tuple[Samples, ...]:
+        """Return the links along a way up, from its top downwards."""
+        upwards = [self._links[child][parent] for child, parent in pairwise(way)]
+        return tuple(reversed(upwards))
 
-    def _only_link(self, child: str) -> Samples:
+    def _require_one_parent(self, child: str) -> None:
         parents = self._links[child]
         if len(parents) > 1:
             raise InputError(
                 f"expected one parent of the frame {child!r}, found {', '.join(sorted(parents))}",
                 hint="two nodes tell where it is: `ros2 topic info -v /tf` lists them; stop one of"
-                " them, or choose frames on one side of it with --base-frame and --gripper-frame",
+                " them, or name the frames with --base-frame and --gripper-frame, between which"
+                " one alone must lead",
             )
-        return parents[self._parent[child]]
+
+
+def _first_common(way: Sequence[str], other: Sequence[str]) -> str | None:
+    return next((frame for frame in way if frame in other), None)
+
+
+def _up_to(frame: str, way: Sequence[str]) -> Way:
+    """Return the part of a way that ends with a frame."""
+    return tuple(way[: way.index(frame) + 1])
 
 
 def _latest(known: Samples | None, new: Samples) -> Samples:

@@ -191,6 +191,16 @@ def test_two_arms_are_listed(survey_of):
     assert chain_of(content, base_frame="base") == ("base", "wrist")
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_a_base_that_is_named_says_which_of_two_parents_counts(survey_of, first):
+    """A tracker tells of the wrist, too."""
+    tracked = tf("tracker", "wrist", seed=5)
+    content = survey_of(*tracked, *ARM) if first else survey_of(*ARM, *tracked)
+    with pytest.raises(InputError, match="one parent of the frame 'wrist'"):
+        chain_of(content)
+    assert chain_of(content, base_frame="base") == ("base", "wrist")
+
+
 def test_unknown_frame_is_named(survey_of):
     with pytest.raises(InputError, match="found 'tool0'"):
         chain_of(survey_of(*ARM), gripper_frame="tool0")

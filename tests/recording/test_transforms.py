@@ -167,6 +167,54 @@ def test_two_parents_are_refused_only_where_they_matter():
         tree.chain("a", "c")
 
 
+@pytest.mark.parametrize("flip", [False, True])
+def test_of_two_parents_the_one_that_leads_to_a_named_base_counts(flip):
+    """A tool that the robot and a tracker both tell of, or a base that hangs in two worlds."""
+    told = [link("arm", "tool", 2), link("tracker", "tool", 3)]
+    tree = TransformTree([link("base", "arm", 1), *(told[::-1] if flip else told)])
+    assert [each.parent for each in tree.chain("base", "tool", named=True).dynamic] == [
+        "base",
+        "arm",
+    ]
+    assert [each.parent for each in tree.chain("tracker", "tool", named=True).dynamic] == [
+        "tracker"
+    ]
+    assert tree.is_below("tool", "base")
+    assert tree.is_below("tool", "tracker")
+    assert not tree.is_below("arm", "tracker")
+    assert not tree.is_below("base", "base")
+    if not flip:
+        with pytest.raises(InputError, match="one parent of the frame 'tool', found arm, tracker"):
+            tree.chain("base", "tool")
+
+
+def test_a_named_base_that_two_parents_lead_to_is_refused():
+    tree = TransformTree(
+        [
+            link("base", "arm", 1),
+            link("arm", "tool", 2),
+            link("base", "tracker", 3),
+            link("tracker", "tool", 4),
+        ]
+    )
+    with pytest.raises(InputError, match="one parent of the frame 'tool', found arm, tracker"):
+        tree.chain("base", "tool", named=True)
+
+
+def test_a_tangle_of_parents_is_refused_in_no_time():
+    """Thirty frames with two parents each have a billion ways up."""
+    tree = TransformTree(
+        [link(f"{k}{side}", f"{k + 1}{to}", k) for k in range(30) for side in "ab" for to in "ab"]
+    )
+    with pytest.raises(InputError, match="one parent of the frame"):
+        tree.chain("0a", "30a", named=True)
+
+
+def test_a_link_told_both_ways_leads_to_a_named_base():
+    tree = TransformTree([link("base", "arm", 1), link("arm", "base", 2), link("arm", "tool", 3)])
+    assert len(tree.chain("base", "tool", named=True).dynamic) == 2
+
+
 def test_loop_is_named():
     tree = TransformTree([link("a", "b", 1), link("b", "c", 2), link("c", "a", 3)])
     with pytest.raises(InputError, match="the loop c -> b -> a -> c"):
