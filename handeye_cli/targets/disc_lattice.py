@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, inverses
+from handeye_cli.targets.lattice_plane import fitted_plane, in_line, plane_through
 from handeye_cli.targets.lattice_walk import joined_parts
 
 ComplexArray = NDArray[np.complex128]
@@ -34,6 +35,8 @@ _SIZES = (0.65, 1.4)
 """Width of a spot over the expected one."""
 _AROUND = 12
 """Nearest spots among which the four neighbours are, even at a tilt of 70 degrees."""
+_FEW = 100
+"""Spots up to which a table of all distances is quicker than a tree."""
 _ROUNDS = 6
 _MOST = 3
 """Parts of a lattice that are looked at."""
@@ -70,7 +73,7 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
         return
     parts = joined_parts(_neighbours(spots, reach))
     for members, places in parts[:_MOST]:
-        back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
+        back, fitting = fitted_plane(spots.centres[members], places, _ASTRAY)
         part = members[fitting], places[fitting]
         cells = _cells(part, back, settled=False) if len(part[0]) >= enough else None
         if cells is not None:
@@ -82,16 +85,19 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
 
 def _neighbours(spots: Spots, reach: float) -> IntArray:
     """Return the (n, 4) neighbours in the directions of each spot's own cross, -1 for none."""
+    centres = _complex(spots.centres)
     others = _others(spots.centres)
-    apart = spots.centres[others] - spots.centres[:, None]
-    to_pitches = inverses(reach * spots.shapes)
-    towards, near = _seen(to_pitches, apart)
-    here, there, towards, apart = near.nonzero()[0], others[near], towards[near], apart[near]
+    seeing = _seeing(reach * spots.shapes)
+    apart = centres[others] - centres[:, None]
+    towards, near = _seen(tuple(part[:, None] for part in seeing), apart)
+    pairs = near.ravel().nonzero()[0]
+    here, there = pairs // others.shape[1], others.ravel()[pairs]
     # a neighbour is of like size and sees the spot as its neighbour, too
     areas = determinants(spots.shapes)
     ratio = areas[there] / areas[here]
-    mutual = _seen(to_pitches[there], apart[:, None])[1][:, 0]
+    mutual = _seen(tuple(part[there] for part in seeing), apart.ravel()[pairs])[1]
     mutual &= (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE)
+    towards = towards.ravel()[pairs]
     return _table(len(areas), here[mutual], there[mutual], towards[mutual])
 
 
@@ -125,18 +131,39 @@ def _table(count: int, here: IntArray, there: IntArray, towards: ComplexArray) -
 def _others(centres: FloatArray) -> IntArray:
     """Return the (n, k) nearest other spots of each spot."""
     count = min(_AROUND, len(centres) - 1)
+    if len(centres) <= _FEW:
+        x, y = centres.T
+        across, down = x[:, None] - x, y[:, None] - y
+        square = across * across + down * down
+        np.fill_diagonal(square, np.inf)
+        return np.argpartition(square, count - 1, axis=1)[:, :count]
     tree = cKDTree(centres, compact_nodes=False, balanced_tree=False)
     return np.asarray(tree.query(centres, k=count + 1)[1][:, 1:])
 
 
-def _seen(to_pitches: FloatArray, apart: FloatArray) -> tuple[ComplexArray, BoolArray]:
+def _complex(vectors: FloatArray) -> ComplexArray:
+    """Return (n, 2) vectors as (n,) numbers x + iy."""
+    return np.ascontiguousarray(vectors).view(np.complex128)[:, 0]
+
+
+def _seeing(matrices: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return (n,) p and q such that the inverse of a matrix maps z = x + iy to p z + q z*.
+
+    Two products of complex numbers are quicker than a product with each of many small matrices.
+    """
+    xx, xy, yx, yy = np.moveaxis(inverses(matrices), 0, -1).reshape(4, -1) / 2.0
+    return (xx + yy) + 1j * (yx - xy), (xx - yy) + 1j * (yx + xy)
+
+
+def _seen(seeing: tuple[ComplexArray, ...], apart: ComplexArray) -> tuple[ComplexArray, BoolArray]:
     """Return where spots see others, x + iy in pitches, and whether at a neighbour's distance.
 
     Args:
-        to_pitches: (n, 2, 2) maps of pixels to the coordinates in which a disc is a circle.
-        apart: (n, k, 2) ways to the others, pixels.
+        seeing: Maps of pixels to the coordinates in which a disc is a circle, see `_seeing`.
+        apart: (n,) or (n, k) ways to the others, x + iy in pixels.
     """
-    towards = (apart @ to_pitches.transpose(0, 2, 1)).view(np.complex128)[..., 0]
+    direct, mirrored = seeing
+    towards = direct * apart + mirrored * apart.conj()
     distance = np.abs(towards)
     return towards, np.asarray((distance > _NEAR[0]) & (distance < _NEAR[1]))
 
@@ -151,14 +178,14 @@ def _settled(
     """Return a part without what does not fit a plane, and with all spots beside it that do."""
     members, places = part
     for _ in range(_ROUNDS):
-        if back is None or _in_line(places):
+        if back is None or in_line(places):
             return None
         found = _fitting(spots, back, (members, places), reach, larger)
         same = set(found[0].tolist()) == set(members.tolist())
         members, places = found
         if same:
             break
-        back, _ = _plane(spots.centres[members], places)
+        back = plane_through(spots.centres[members], places)
     return _cells((members, places), back, settled=True)
 
 
@@ -166,28 +193,9 @@ def _cells(
     part: tuple[IntArray, IntArray], back: FloatArray | None, *, settled: bool
 ) -> Cells | None:
     """Return a part with the inverse of the (3, 3) homography from pixels, if there is one."""
-    if back is None or abs(np.linalg.det(back)) < 1e-12:
+    if back is None or abs(cv2.determinant(back)) < 1e-12:
         return None
-    return Cells(*part, np.asarray(np.linalg.inv(back), dtype=np.float64), settled)
-
-
-def _in_line(places: IntArray) -> bool:
-    """Say whether (n, 2) places all lie on one straight line."""
-    x, y = (places - places[0]).T
-    return bool((x @ x) * (y @ y) == (x @ y) ** 2)
-
-
-def _plane(
-    pixels: FloatArray, places: IntArray, method: int = 0
-) -> tuple[FloatArray | None, BoolArray]:
-    """Return the (3, 3) homography from pixels to places, if any, and which points it fits."""
-    none = np.zeros(len(places), dtype=np.bool_)
-    if len(places) < 4:
-        return None, none
-    found, fitting = cv2.findHomography(pixels, places.astype(np.float64), method, _ASTRAY)
-    if np.shape(found) != (3, 3):
-        return None, none
-    return np.asarray(found, dtype=np.float64), np.ravel(fitting) > 0
+    return Cells(*part, np.asarray(cv2.invert(back)[1], dtype=np.float64), settled)
 
 
 def _fitting(
@@ -208,7 +216,7 @@ def _fitting(
     position = seen[:, :2] / np.where(front, seen[:, 2], 1.0)[:, None]
     place = np.rint(np.clip(position, -1e6, 1e6)).astype(np.int64)
     off = np.hypot(*(position - place).T)
-    scale = np.abs(np.linalg.det(back)) / np.where(front, depth, 1.0) ** 3
+    scale = abs(cv2.determinant(back)) / np.where(front, depth, 1.0) ** 3
     size = reach * np.sqrt(determinants(spots.shapes) * scale)
     fits = front & (off < _ASTRAY) & (size > _SIZES[0]) & (size < _SIZES[1] * larger)
     chosen = np.flatnonzero(fits)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 
 BoolArray = NDArray[np.bool_]
+SingleArray = NDArray[np.float32]
 
 _MOST = 5000
 """Outlines are measured up to this number, the longest ones."""
@@ -142,33 +143,63 @@ def moments(outlines: list[IntArray]) -> tuple[FloatArray, FloatArray, FloatArra
         return np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
     lengths = np.fromiter(map(len, outlines), dtype=np.int64, count=len(outlines))
     starts = np.cumsum(lengths) - lengths
-    # x + iy, from where each outline starts and to where it returns
-    here = np.concatenate(outlines).astype(np.float64).view(np.complex128).ravel()
-    origins = here[starts]
-    here -= np.repeat(origins, lengths)
-    there = np.empty_like(here)
-    there[:-1] = here[1:]
-    there[starts - 1] = 0.0
-    # sums over the triangles from the origin to each side, by Green's theorem
-    product, total = here.conj() * there, here + there
-    cross = product.imag
-    terms = np.empty((3, len(here)), dtype=np.complex128)
-    terms[0].real = cross
-    terms[0].imag = (total.real**2 + total.imag**2 - product.real) * cross
-    terms[1] = total * cross
-    terms[2] = (total * total - here * there) * cross
-    first, middle, square = np.add.reduceat(terms, starts, axis=1)
-    area = first.real / 2.0
-    scale = 1.0 / np.where(area == 0.0, np.inf, area)
-    middle *= scale / 6.0
-    # mean squares of x + iy and of its length
-    square = square * (scale / 12.0) - middle * middle
-    length = first.imag * (scale / 12.0) - np.abs(middle) ** 2
+    path, origins = _paths(np.concatenate(outlines), starts, lengths)
+    sums = np.add.reduceat(_terms(path), starts, axis=1).astype(np.float64)
+    area = sums[0] / 2.0
+    sums *= 1.0 / np.where(area == 0.0, np.inf, area)
+    middle = sums[1:3] / 6.0
     spread = np.empty((len(area), 2, 2))
-    spread[:, 0, 0], spread[:, 1, 1] = length + square.real, length - square.real
-    spread[:, 0, 1] = spread[:, 1, 0] = square.imag
-    spread *= 0.5
-    return area, (origins + middle).view(np.float64).reshape(-1, 2), spread
+    spread[:, 0, 0], spread[:, 1, 1] = sums[3:5] / 12.0 - middle * middle
+    spread[:, 0, 1] = spread[:, 1, 0] = sums[5] / 24.0 - middle[0] * middle[1]
+    return area, origins + middle.T, spread
+
+
+def _paths(
+    corners: IntArray, starts: IntArray, lengths: IntArray
+) -> tuple[SingleArray, NDArray[np.int32]]:
+    """Return (2, m + 1) x and y of outlines from where each starts, and the (n, 2) starts.
+
+    After the last corner of an outline comes the start of the next one, which is 0 as its own is.
+
+    Args:
+        corners: (m, 1, 2) pixels of all outlines, one after the other.
+        starts: (n,) where the outlines start.
+        lengths: (n,) their numbers of corners.
+    """
+    # x and y as one number: rows are chosen and repeated one by one, numbers many at once
+    origins = corners.view(np.int64).ravel()[starts]
+    path = np.zeros((2, len(corners) + 1), dtype=np.float32)
+    path[:, :-1] = (corners[:, 0] - np.repeat(origins, lengths).view(np.int32).reshape(-1, 2)).T
+    return path, origins.view(np.int32).reshape(-1, 2)
+
+
+def _terms(path: SingleArray) -> SingleArray:
+    """Return what the sides of outlines add to their moments by Green's theorem.
+
+    Single precision has room for all digits of these whole numbers in spots up to 60 pixels wide.
+
+    Args:
+        path: (2, m + 1) x and y from the outline's start, to which the side of the last corner
+            returns.
+
+    Returns:
+        (6, m) terms of twice the area, 6 times the integrals of x and y, 12 times those of xx and
+        yy and 24 times that of xy.
+    """
+    here, there = path[:, :-1], path[:, 1:]
+    terms = np.empty((6, here.shape[1]), dtype=np.float32)
+    cross, firsts, squares, mixed = terms[0], terms[1:3], terms[3:5], terms[5]
+    np.subtract(here[0] * there[1], here[1] * there[0], out=cross)
+    both = here + there
+    np.multiply(both, cross, out=firsts)
+    np.subtract(both * both, here * there, out=squares)
+    squares *= cross
+    product = path[0] * path[1]
+    np.multiply(both[0], both[1], out=mixed)
+    mixed += product[:-1]
+    mixed += product[1:]
+    mixed *= cross
+    return terms
 
 
 def _elliptic(area: FloatArray, spread: FloatArray) -> BoolArray:

@@ -55,7 +55,8 @@ def strangers(
     nearest = np.argmin(_squares(seen, centres), axis=1)
     aside = mapped_back(jacobian[nearest], seen - centres[nearest])
     own = np.hypot(aside[:, 0], aside[:, 1]) < _OWN
-    if not np.any(own) or np.all(own):
+    # fewer than some of them are taken for chance, whatever they are
+    if not np.any(own) or np.sum(~own) < _FEWEST:
         return Strangers()
     width = np.sqrt(np.abs(determinants(shapes) / determinants(jacobian)[nearest]))
     width /= typical(width[own])
