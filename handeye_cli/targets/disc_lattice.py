@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, inverses
-from handeye_cli.targets.lattice_plane import fitted_plane, in_line, plane_through
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants
+from handeye_cli.targets.lattice_plane import fitted_plane, plane_through
 from handeye_cli.targets.lattice_walk import joined_parts
 
 ComplexArray = NDArray[np.complex128]
@@ -151,8 +151,9 @@ def _seeing(matrices: FloatArray) -> tuple[ComplexArray, ComplexArray]:
 
     Two products of complex numbers are quicker than a product with each of many small matrices.
     """
-    xx, xy, yx, yy = np.moveaxis(inverses(matrices), 0, -1).reshape(4, -1) / 2.0
-    return (xx + yy) + 1j * (yx - xy), (xx - yy) + 1j * (yx + xy)
+    (a, b), (c, d) = matrices.transpose(1, 2, 0)
+    half = 0.5 / (a * d - b * c)
+    return ((a + d) + 1j * (b - c)) * half, ((d - a) - 1j * (b + c)) * half
 
 
 def _seen(seeing: tuple[ComplexArray, ...], apart: ComplexArray) -> tuple[ComplexArray, BoolArray]:
@@ -178,7 +179,7 @@ def _settled(
     """Return a part without what does not fit a plane, and with all spots beside it that do."""
     members, places = part
     for _ in range(_ROUNDS):
-        if back is None or in_line(places):
+        if back is None or _in_line(places):
             return None
         found = _fitting(spots, back, (members, places), reach, larger)
         same = set(found[0].tolist()) == set(members.tolist())
@@ -196,6 +197,12 @@ def _cells(
     if back is None or abs(cv2.determinant(back)) < 1e-12:
         return None
     return Cells(*part, np.asarray(cv2.invert(back)[1], dtype=np.float64), settled)
+
+
+def _in_line(places: IntArray) -> bool:
+    """Say whether (n, 2) places all lie on one straight line."""
+    x, y = (places - places[0]).T
+    return bool((x @ x) * (y @ y) == (x @ y) ** 2)
 
 
 def _fitting(

@@ -45,6 +45,8 @@ _AT_ONCE = 2000
 """Discs sampled at once: OpenCV's images of rays are at most 32766 pixels wide."""
 
 _STEPS = np.linspace(0.0, 1.0, _SAMPLES)
+_SHARES = np.array([0.5, *np.ones(_SAMPLES - 2), 0.5], dtype=np.float32) / (_SAMPLES - 1)
+"""Of the samples in their mean; the outer ones stand for half a step."""
 _ANGLES = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _HARMONICS = np.stack([np.ones(_RAYS), *_CIRCLE, np.cos(2 * _ANGLES), np.sin(2 * _ANGLES)])
@@ -180,10 +182,12 @@ def _corrected(image: GreyImage, outlines: Outlines, band: FloatArray, paper: fl
     levels = _sampled(image, _points(outlines, radii))
     light = levels[-1]
     contrast = light - levels[0]
-    darkness = (light - levels[1:-1]) / np.maximum(contrast, 1.0)
-    darkness = np.minimum(np.maximum(darkness, 0.0), 1.0)
-    # of an edge from 1 to 0, the mean says where it is; the outer samples stand for half a step
-    share = (darkness.sum(axis=0) - 0.5 * (darkness[0] + darkness[-1])) / (_SAMPLES - 1)
+    darkness = light - levels[1:-1]
+    darkness /= np.maximum(contrast, 1.0)
+    np.maximum(darkness, 0.0, out=darkness)
+    np.minimum(darkness, 1.0, out=darkness)
+    # of an edge from 1 to 0, the mean says where it is
+    share = (_SHARES @ darkness.reshape(_SAMPLES, -1)).reshape(light.shape)
     edge = first[:, None] + (last - first)[:, None] * share
     even = contrast.min(axis=1) > _EVEN * contrast.max(axis=1)
     fitted = _fitted(outlines, edge, np.count_nonzero(contrast > _FAINTEST, axis=1) / _RAYS)
@@ -197,15 +201,17 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
     """
     terms = edge @ _WEIGHTS
     misses = edge - terms @ _HARMONICS
-    ragged = np.sqrt(np.sum(misses * misses, axis=1) / _RAYS)
-    size, across = terms[:, 0], terms[:, 4]
-    stretch = np.empty((len(terms), 2, 2))
-    stretch[:, 0, 1] = stretch[:, 1, 0] = across
-    stretch[:, 0, 0], stretch[:, 1, 1] = size + terms[:, 3], size - terms[:, 3]
-    shift = outlines.shapes @ terms[:, 1:3, None]
+    ragged = np.sqrt(np.einsum("nr,nr->n", misses, misses) / _RAYS)
+    # how the unit circle is stretched, and where its middle goes
+    changed = np.empty((len(terms), 2, 3))
+    changed[:, 0, 1] = changed[:, 1, 0] = terms[:, 4]
+    changed[:, 0, 0] = terms[:, 0] + terms[:, 3]
+    changed[:, 1, 1] = terms[:, 0] - terms[:, 3]
+    changed[:, :, 2] = terms[:, 1:3]
+    changed = outlines.shapes @ changed
     return outlines._replace(
-        centres=outlines.centres + shift[..., 0],
-        shapes=outlines.shapes @ stretch,
+        centres=outlines.centres + changed[:, :, 2],
+        shapes=changed[:, :, :2],
         seen=np.asarray(edged >= _PARTLY),
         sure=np.asarray((edged >= _EDGED) & (ragged < _RAGGED)),
         ragged=np.asarray(ragged),

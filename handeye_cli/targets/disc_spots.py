@@ -34,6 +34,8 @@ _SLIMMEST = 0.2
 """Smallest ratio of an ellipse's axes: a disc at a tilt of 78 degrees."""
 _FILLED = (0.88, 1.08)
 """Area of a spot over that of the ellipse with its second moments, which is 1 for an ellipse."""
+_SHARES = 1.0 / np.array([2.0, 6.0, 6.0, 12.0, 12.0, 24.0])[:, None]
+"""Of the area and the integrals of x, y, xx, yy and xy in the terms of an outline's sides."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +75,10 @@ def find_spots(image: GreyImage, window: int, depth: float, *, enlarged: float =
         enlarged: Pixels of this image along one of the camera's, across which edges are blurred.
     """
     area, centres, spread = moments(_outlines(_dark(image, window, depth), _LONGEST * window))
-    chosen = (area > _SMALLEST) & _elliptic(area, spread)
+    chosen = _elliptic(area, spread)
     centres, spread = centres[chosen], spread[chosen]
     # the outline runs through the middles of the outermost pixels, half a pixel inside
-    shapes = 2.0 * _square_root(spread) + (0.5 + _CUT * depth * enlarged) * np.eye(2)
+    shapes = _ellipses(spread, 0.5 + _CUT * depth * enlarged)
     chosen = _inside(centres, shapes, image.shape)
     return Spots(centres[chosen], shapes[chosen])
 
@@ -87,25 +89,18 @@ def determinants(matrices: FloatArray) -> FloatArray:
     return np.asarray(product - matrices[..., 0, 1] * matrices[..., 1, 0])
 
 
-def inverses(matrices: FloatArray) -> FloatArray:
-    """Return the inverses of (..., 2, 2) matrices, faster than by factorising them."""
-    inverse = np.empty(matrices.shape)
-    inverse[..., 0, 0], inverse[..., 1, 1] = matrices[..., 1, 1], matrices[..., 0, 0]
-    inverse[..., 0, 1], inverse[..., 1, 0] = -matrices[..., 0, 1], -matrices[..., 1, 0]
-    inverse /= determinants(matrices)[..., None, None]
-    return inverse
-
-
 def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return the (..., 2) vectors that (..., 2, 2) matrices map to the given ones.
 
     By Cramer's rule, which takes a tenth of the time of factorising each matrix.
     """
     x, y = vectors[..., 0], vectors[..., 1]
-    solved = np.empty(np.broadcast_shapes(matrices.shape[:-1], vectors.shape))
-    solved[..., 0] = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
-    solved[..., 1] = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
-    solved /= determinants(matrices)[..., None]
+    first = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
+    second = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
+    determinant = determinants(matrices)
+    solved = np.empty((*first.shape, 2))
+    np.divide(first, determinant, out=solved[..., 0])
+    np.divide(second, determinant, out=solved[..., 1])
     return solved
 
 
@@ -142,15 +137,16 @@ def moments(outlines: list[IntArray]) -> tuple[FloatArray, FloatArray, FloatArra
     if not outlines:
         return np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
     lengths = np.fromiter(map(len, outlines), dtype=np.int64, count=len(outlines))
-    starts = np.cumsum(lengths) - lengths
+    starts = lengths.cumsum() - lengths
     path, origins = _paths(np.concatenate(outlines), starts, lengths)
-    sums = np.add.reduceat(_terms(path), starts, axis=1).astype(np.float64)
-    area = sums[0] / 2.0
-    sums *= 1.0 / np.where(area == 0.0, np.inf, area)
-    middle = sums[1:3] / 6.0
+    sums = np.add.reduceat(_terms(path), starts, axis=1) * _SHARES
+    area = sums[0]
+    means = sums[1:] / np.where(area == 0.0, np.inf, area)
+    middle = means[:2]
+    means[2:4] -= middle * middle
     spread = np.empty((len(area), 2, 2))
-    spread[:, 0, 0], spread[:, 1, 1] = sums[3:5] / 12.0 - middle * middle
-    spread[:, 0, 1] = spread[:, 1, 0] = sums[5] / 24.0 - middle[0] * middle[1]
+    spread[:, 0, 0], spread[:, 1, 1] = means[2], means[3]
+    spread[:, 0, 1] = spread[:, 1, 0] = means[4] - middle[0] * middle[1]
     return area, origins + middle.T, spread
 
 
@@ -183,8 +179,8 @@ def _terms(path: SingleArray) -> SingleArray:
             returns.
 
     Returns:
-        (6, m) terms of twice the area, 6 times the integrals of x and y, 12 times those of xx and
-        yy and 24 times that of xy.
+        (6, m) terms of the area and of the integrals of x, y, xx, yy and xy, of which `_SHARES` are
+        to be taken.
     """
     here, there = path[:, :-1], path[:, 1:]
     terms = np.empty((6, here.shape[1]), dtype=np.float32)
@@ -203,23 +199,37 @@ def _terms(path: SingleArray) -> SingleArray:
 
 
 def _elliptic(area: FloatArray, spread: FloatArray) -> BoolArray:
+    """Say which areas are no specks, and filled ellipses by their (n, 2, 2) second moments."""
     determinant = np.maximum(determinants(spread), 1e-12)
-    filled = area / (4.0 * np.pi * np.sqrt(determinant))
+    filled = area / np.sqrt(determinant)
     # for a ratio r of the axes, det / trace^2 is r^2 / (1 + r^2)^2
-    slim = determinant / np.maximum(spread[:, 0, 0] + spread[:, 1, 1], 1e-6) ** 2
-    limit = (_SLIMMEST / (1.0 + _SLIMMEST**2)) ** 2
-    return np.asarray((filled > _FILLED[0]) & (filled < _FILLED[1]) & (slim > limit))
+    trace = np.maximum(spread[:, 0, 0] + spread[:, 1, 1], 1e-6)
+    slim = (_SLIMMEST / (1.0 + _SLIMMEST**2)) * trace
+    least, most = (4.0 * np.pi * share for share in _FILLED)
+    chosen = (area > _SMALLEST) & (filled > least) & (filled < most)
+    return np.asarray(chosen & (determinant > slim * slim))
+
+
+def _ellipses(spread: FloatArray, rim: float) -> FloatArray:
+    """Return the symmetric maps from the unit circle to ellipses, with a rim around them.
+
+    Args:
+        spread: (n, 2, 2) second moments of the ellipses without the rim.
+        rim: Width, pixels.
+    """
+    # twice the square root of a matrix of two rows is made of itself and the unit matrix
+    root = np.sqrt(np.maximum(determinants(spread), 0.0))
+    trace = spread[:, 0, 0] + spread[:, 1, 1]
+    scale = 2.0 / np.sqrt(np.maximum(trace + 2.0 * root, 1e-12))
+    shapes = spread * scale[:, None, None]
+    root *= scale
+    root += rim
+    shapes[:, 0, 0] += root
+    shapes[:, 1, 1] += root
+    return shapes
 
 
 def _inside(centres: FloatArray, shapes: FloatArray, size: tuple[int, ...]) -> BoolArray:
     reach = np.hypot(shapes[..., 0], shapes[..., 1])
     inside = (centres > reach) & (centres + reach < [size[1] - 1.0, size[0] - 1.0])
     return np.asarray(inside[:, 0] & inside[:, 1])
-
-
-def _square_root(matrices: FloatArray) -> FloatArray:
-    """Return the symmetric square roots of (n, 2, 2) symmetric positive matrices."""
-    root = np.sqrt(np.maximum(determinants(matrices), 0.0))
-    trace = matrices[:, 0, 0] + matrices[:, 1, 1]
-    scale = np.sqrt(np.maximum(trace + 2.0 * root, 1e-12))
-    return np.asarray((matrices + root[:, None, None] * np.eye(2)) / scale[:, None, None])

@@ -56,11 +56,13 @@ def strangers(
     aside = mapped_back(jacobian[nearest], seen - centres[nearest])
     own = np.hypot(aside[:, 0], aside[:, 1]) < _OWN
     # fewer than some of them are taken for chance, whatever they are
-    if not np.any(own) or np.sum(~own) < _FEWEST:
+    if not 0 < np.count_nonzero(own) <= len(own) - _FEWEST:
         return Strangers()
     width = np.sqrt(np.abs(determinants(shapes) / determinants(jacobian)[nearest]))
     width /= typical(width[own])
     others = np.flatnonzero(~own & (width > _ALIKE[0]) & (width < _ALIKE[1]))
+    if len(others) < _FEWEST:
+        return Strangers()
     position = places[nearest[others]] + aside[others]
     square, off = _squares(position, places), position - np.rint(position)
     between = np.sum(square < _BETWEEN**2, axis=1) >= 2

@@ -249,8 +249,12 @@ def _smooth(closeness: FloatArray, off: FloatArray, known: BoolArray) -> FloatAr
 
     The lens bends a grid smoothly: a disc is off its place as its neighbours are.
     """
-    weights = known * closeness
-    return np.asarray(weights @ off / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12))
+    # the sums of the offsets and that of the weights in one product
+    summed = np.ones((len(off), 3))
+    summed[:, :2] = off
+    summed *= known[:, None]
+    summed = closeness @ summed
+    return np.asarray(summed[:, :2] / np.maximum(summed[:, 2:], 1e-12))
 
 
 def _pitches(jacobian: FloatArray, off: FloatArray) -> FloatArray:
@@ -279,7 +283,7 @@ def _complete(expected: _Expected, size: tuple[int, ...]) -> bool:
 def _square(outlines: Outlines) -> bool:
     """Say whether the discs have four corners, as those of a chessboard, all in one direction."""
     sure = outlines.sure
-    corners = math.hypot(*outlines.corners[sure].mean(axis=0))
+    corners = math.hypot(*outlines.corners[sure].sum(axis=0)) / np.count_nonzero(sure)
     width = 2.0 * math.sqrt(abs(typical(determinants(outlines.shapes[sure]))))
     return corners > _CORNERS + _CORNERS_PX / width
 
@@ -298,13 +302,14 @@ def _measured(search: _Search, step: Step, expected: _Expected) -> Discs | None:
         doubt=_DOUBT * (step.factor + 1),
     )
     whole, sure = outlines.whole, outlines.sure
-    if not np.all(outlines.seen) or np.sum(sure) < max(4, _SURE * np.sum(whole)):
+    enough = max(4.0, _SURE * np.count_nonzero(whole))
+    if not outlines.seen.all() or np.count_nonzero(sure) < enough:
         return None
     if typical(outlines.ragged[sure]) > _ANGULAR or _square(outlines):
         return None
     off = outlines.centres - expected.seats
     alone = off - _smooth(pattern.closeness, off, sure)
-    odd, misfit = _pitches(expected.jacobian, np.stack([alone, off]))
+    odd, misfit = _pitches(expected.jacobian, np.array([alone, off]))
     if odd[sure].max() > _ODD or typical(odd[sure]) > _LOOSE or misfit[sure].max() > _MISFIT:
         return None
     # the edge of a shadow moves the outline of a disc: its neighbours tell better where it is

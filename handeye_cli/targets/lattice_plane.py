@@ -52,7 +52,7 @@ def plane_through(pixels: FloatArray, places: IntArray) -> FloatArray | None:
         pixels: (n, 2) points.
         places: (n, 2) where they are on a lattice.
     """
-    if len(places) < 4 or in_line(places):
+    if len(places) < 4:
         return None
     first, middle = places[0], pixels.sum(axis=0) / len(pixels)
     moved = pixels - middle
@@ -63,6 +63,9 @@ def plane_through(pixels: FloatArray, places: IntArray) -> FloatArray | None:
     terms[1:] *= (first - places).T[:, None]
     rows = terms.reshape(9, -1)
     product = rows @ rows.T
+    # the sums of the squares of whole numbers say whether the places lie on one line
+    if product[5, 5] * product[8, 8] == product[5, 8] ** 2:
+        return None
     # the blocks of the normal equations, in which x and y of a place do not meet
     normal = np.zeros((9, 9))
     normal[:3, :3] = normal[3:6, 3:6] = product[:3, :3]
@@ -72,14 +75,9 @@ def plane_through(pixels: FloatArray, places: IntArray) -> FloatArray | None:
     done, solved = cv2.solve(normal[:8, :8], -normal[:8, 8:], flags=cv2.DECOMP_CHOLESKY)
     if not done:
         return None
-    plane = np.append(solved, 1.0).reshape(3, 3)
+    plane = np.ones((3, 3))
+    plane.ravel()[:8] = solved[:, 0]
     plane[:, :2] *= scale
     plane[:, 2] -= plane[:, :2] @ middle
     plane[:2] += first[:, None] * plane[2]
     return plane
-
-
-def in_line(places: IntArray) -> bool:
-    """Say whether (n, 2) places all lie on one straight line."""
-    x, y = (places - places[0]).T
-    return bool((x @ x) * (y @ y) == (x @ y) ** 2)
