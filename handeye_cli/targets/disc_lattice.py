@@ -119,7 +119,7 @@ def _table(count: int, here: IntArray, there: IntArray, towards: ComplexArray) -
     along, across = np.abs(towards.real), np.abs(towards.imag)
     level, off = along > across, np.minimum(along, across)
     opposite = np.where(level, towards.real, towards.imag) < 0.0
-    direction = np.where(level, 0, 1) + np.where(opposite, 2, 0)
+    direction = 2 * opposite + ~level
     # of several in one direction, the last one stays
     order = np.argsort(-np.abs(distance - 1.0) - off, kind="stable")
     order = order[off[order] < _TURN]

@@ -51,9 +51,12 @@ _ANGLES = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _HARMONICS = np.stack([np.ones(_RAYS), *_CIRCLE, np.cos(2 * _ANGLES), np.sin(2 * _ANGLES)])
 """(5, rays) waves round a circle: of its size, its middle and its stretch."""
-_WEIGHTS = (_HARMONICS / np.sum(_HARMONICS**2, axis=1, keepdims=True)).T
-_FOURTH = np.stack([np.cos(4 * _ANGLES), np.sin(4 * _ANGLES)], axis=1) * 2.0 / _RAYS
-"""(rays, 2) weights of the waves that four corners make."""
+_FOURTH = np.stack([np.cos(4 * _ANGLES), np.sin(4 * _ANGLES)])
+"""(2, rays) waves that four corners make."""
+_WAVES = np.concatenate([_HARMONICS, _FOURTH])
+_WEIGHTS = (_WAVES / np.sum(_WAVES**2, axis=1, keepdims=True)).T
+"""(rays, 7) weights of a distance along each ray in the heights of the waves."""
+_EQUAL = np.full(_RAYS, 1.0 / _RAYS)
 
 SingleArray = NDArray[np.float32]
 
@@ -113,7 +116,7 @@ def measure(
         within,
         within,
     )
-    if not np.all(known):
+    if not known.all():
         rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
     radius = np.sqrt(np.abs(determinants(rough.shapes)))
     band = np.minimum(np.maximum(doubt / radius, _NARROWEST), 1.0 - _INK)
@@ -126,7 +129,7 @@ def measure(
     whole = np.where(sure, within & inside(fine.centres, fine.shapes, image.shape), within)
     sure &= whole
     seen = fine.seen
-    if not np.all(whole):
+    if not whole.all():
         seen = np.where(whole, seen, _part_seen(image, start, paper))
     return Outlines(
         np.where(sure[:, None], fine.centres, centres),
@@ -200,8 +203,8 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
     `edged` is the (n,) share of the rays that have an edge.
     """
     terms = edge @ _WEIGHTS
-    misses = edge - terms @ _HARMONICS
-    ragged = np.sqrt(np.einsum("nr,nr->n", misses, misses) / _RAYS)
+    misses = edge - terms[:, :5] @ _HARMONICS
+    ragged = np.sqrt((misses * misses) @ _EQUAL)
     # how the unit circle is stretched, and where its middle goes
     changed = np.empty((len(terms), 2, 3))
     changed[:, 0, 1] = changed[:, 1, 0] = terms[:, 4]
@@ -215,7 +218,7 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
         seen=np.asarray(edged >= _PARTLY),
         sure=np.asarray((edged >= _EDGED) & (ragged < _RAGGED)),
         ragged=np.asarray(ragged),
-        corners=np.asarray(misses @ _FOURTH),
+        corners=terms[:, 5:],
     )
 
 

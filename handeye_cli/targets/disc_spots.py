@@ -55,6 +55,8 @@ class Spots:
 
     def scaled(self, factor: float) -> Spots:
         """Return the spots in the image of which factor x factor pixels make one of this one's."""
+        if factor == 1.0:
+            return self
         return Spots(self.centres * factor + (factor - 1) / 2, self.shapes * factor)
 
     @property
@@ -75,11 +77,9 @@ def find_spots(image: GreyImage, window: int, depth: float, *, enlarged: float =
         enlarged: Pixels of this image along one of the camera's, across which edges are blurred.
     """
     area, centres, spread = moments(_outlines(_dark(image, window, depth), _LONGEST * window))
-    chosen = _elliptic(area, spread)
-    centres, spread = centres[chosen], spread[chosen]
     # the outline runs through the middles of the outermost pixels, half a pixel inside
     shapes = _ellipses(spread, 0.5 + _CUT * depth * enlarged)
-    chosen = _inside(centres, shapes, image.shape)
+    chosen = _elliptic(area, spread) & _inside(centres, shapes, image.shape)
     return Spots(centres[chosen], shapes[chosen])
 
 
@@ -109,14 +109,26 @@ def _dark(image: GreyImage, window: int, depth: float) -> GreyImage:
     # what is around changes slowly, so that some pixels across the window are enough to tell it
     rows, columns = image.shape
     step = max(1, window // _ACROSS)
-    few = cv2.resize(image, (max(1, columns // step), max(1, rows // step)))
+    few = _some(image, step)
     size = (window // step | 1, window // step | 1)
     limit = cv2.blur(few, size)
     darkest = cv2.erode(few, np.ones(size, dtype=np.uint8)) if depth > 0.0 else limit
     share, levels = _FAINT
     limit = cv2.addWeighted(limit, share * (1.0 - depth), darkest, share * depth, -levels)
-    mask = cv2.compare(image, cv2.resize(limit, (columns, rows)), cv2.CMP_LT)
-    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK), dtype=np.uint8)
+    limit = cv2.resize(limit, (columns, rows))
+    # in place: less memory is faster memory
+    mask = cv2.compare(image, limit, cv2.CMP_LT, dst=limit)
+    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK, dst=mask), dtype=np.uint8)
+
+
+def _some(image: GreyImage, step: int) -> GreyImage:
+    """Return an image resized to one pixel for step x step pixels, its edge perhaps left out."""
+    rows, columns = image.shape
+    if step % 2 and rows % step == 0 and columns % step == 0:
+        # what resizing gives, without its reading of all pixels between
+        return np.ascontiguousarray(image[step // 2 :: step, step // 2 :: step])
+    few = cv2.resize(image, (max(1, columns // step), max(1, rows // step)))
+    return np.asarray(few, dtype=np.uint8)
 
 
 def _outlines(mask: GreyImage, longest: int) -> list[IntArray]:

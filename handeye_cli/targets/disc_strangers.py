@@ -77,9 +77,10 @@ def strangers(
 
 def _near(points: FloatArray, centres: FloatArray, jacobian: FloatArray) -> IntArray:
     """Return the indices of the points that are not far outside of all the centres."""
-    margin = _BESIDE * np.abs(jacobian).sum(axis=2).max(axis=0)
+    margin = 2.0 * _BESIDE * float(np.abs(jacobian).max())
     low, high = centres.min(axis=0) - margin, centres.max(axis=0) + margin
-    return np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+    within = (points > low) & (points < high)
+    return (within[:, 0] & within[:, 1]).nonzero()[0]
 
 
 def _squares(here: FloatArray, there: FloatArray | IntArray) -> FloatArray:

@@ -12,6 +12,9 @@ import numpy as np
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray
 
+_UNIT = 100.0
+"""Pixels between neighbours, about: what is near 1 keeps the digits of the normal equations."""
+
 
 def fitted_plane(
     pixels: FloatArray, places: IntArray, astray: float
@@ -56,10 +59,9 @@ def plane_through(pixels: FloatArray, places: IntArray) -> FloatArray | None:
         return None
     first, middle = places[0], pixels.sum(axis=0) / len(pixels)
     moved = pixels - middle
-    scale = 1.0 / max(float(np.abs(moved).max()), 1e-9)
     # x, y and 1 of the pixels, and the same times minus x and minus y of the places
     terms = np.ones((3, 3, len(places)))
-    terms[:, :2] = moved.T * scale
+    terms[:, :2] = moved.T / _UNIT
     terms[1:] *= (first - places).T[:, None]
     rows = terms.reshape(9, -1)
     product = rows @ rows.T
@@ -77,7 +79,7 @@ def plane_through(pixels: FloatArray, places: IntArray) -> FloatArray | None:
         return None
     plane = np.ones((3, 3))
     plane.ravel()[:8] = solved[:, 0]
-    plane[:, :2] *= scale
+    plane[:, :2] /= _UNIT
     plane[:, 2] -= plane[:, :2] @ middle
     plane[:2] += first[:, None] * plane[2]
     return plane

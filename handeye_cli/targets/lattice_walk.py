@@ -11,6 +11,7 @@ from handeye_cli.records import IntArray
 _APART = 1 << 20
 """Difference of the numbers of places that lie beside each other in x; in y it is 1."""
 _STEPS = (_APART, 1, -_APART, -1)
+_ONES = np.ones(len(_STEPS), dtype=np.int64)
 
 
 def joined_parts(neighbours: IntArray) -> list[tuple[IntArray, IntArray]]:
@@ -29,8 +30,8 @@ def joined_parts(neighbours: IntArray) -> list[tuple[IntArray, IntArray]]:
     table = neighbours.tolist()
     free = set(range(len(table)))
     parts = []
-    degrees = np.sum(neighbours >= 0, axis=1)
-    for seed in np.argsort(-degrees, kind="stable")[: np.sum(degrees >= 2)].tolist():
+    degrees = (neighbours >= 0) @ _ONES
+    for seed in np.argsort(-degrees, kind="stable")[: np.count_nonzero(degrees >= 2)].tolist():
         if seed in free:
             places = _walk(table, seed, free)
             if len(places) >= len(_STEPS):
@@ -48,11 +49,12 @@ def _walk(table: list[list[int]], seed: int, free: set[int]) -> dict[int, int]:
     queue = [seed]
     # it grows while it is read: breadth first
     for here in queue:
+        at, turn = places[here], turns[here]
         for k, there in enumerate(table[here]):
             if there not in free or here not in table[there]:
                 continue
-            direction = (k + turns[here]) % 4
-            place = places[here] + _STEPS[direction]
+            direction = (k + turn) % 4
+            place = at + _STEPS[direction]
             if place not in taken:
                 # Seen from there, the way back is the opposite of the way here.
                 turns[there] = (direction + 2 - table[there].index(here)) % 4
