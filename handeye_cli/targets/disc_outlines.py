@@ -161,9 +161,9 @@ def _points(outlines: Outlines, radii: FloatArray) -> SingleArray:
     """Return x and y, (2, m, n, rays) pixels, at (m, n) radii along the rays of each disc."""
     ends = (outlines.shapes @ _CIRCLE).transpose(1, 0, 2).astype(np.float32)
     middles = outlines.centres.T.astype(np.float32)
-    return np.asarray(
-        ends[:, None] * radii.astype(np.float32)[..., None] + middles[:, None, :, None]
-    )
+    points = ends[:, None] * radii.astype(np.float32)[..., None]
+    points += middles[:, None, :, None]
+    return np.asarray(points)
 
 
 def _sampled(image: GreyImage, points: SingleArray) -> SingleArray:
@@ -193,7 +193,7 @@ def _corrected(image: GreyImage, outlines: Outlines, band: FloatArray, paper: fl
     share = (_SHARES @ darkness.reshape(_SAMPLES, -1)).reshape(light.shape)
     edge = first[:, None] + (last - first)[:, None] * share
     even = contrast.min(axis=1) > _EVEN * contrast.max(axis=1)
-    fitted = _fitted(outlines, edge, np.count_nonzero(contrast > _FAINTEST, axis=1) / _RAYS)
+    fitted = _fitted(outlines, edge, (contrast > _FAINTEST) @ _EQUAL)
     return fitted._replace(even=np.asarray(even))
 
 

@@ -64,10 +64,10 @@ def strangers(
     if len(others) < _FEWEST:
         return Strangers()
     position = places[nearest[others]] + aside[others]
-    square, off = _squares(position, places), position - np.rint(position)
-    between = np.sum(square < _BETWEEN**2, axis=1) >= 2
-    beyond = ~between & np.any(square < _BESIDE**2, axis=1)
-    beyond &= np.hypot(off[:, 0], off[:, 1]) < _NEXT
+    off = position - np.rint(position)
+    first, second = np.partition(_squares(position, places), 1, axis=1)[:, :2].T
+    between = second < _BETWEEN**2
+    beyond = ~between & (first < _BESIDE**2) & (np.hypot(off[:, 0], off[:, 1]) < _NEXT)
     count = len(places)
     return Strangers(
         _unlikely(int(between.sum()), _BETWEEN_SHARE * count),
