@@ -85,17 +85,17 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
 
 def _neighbours(spots: Spots, reach: float) -> IntArray:
     """Return the (n, 4) neighbours in the directions of each spot's own cross, -1 for none."""
-    centres = _complex(spots.centres)
     others = _others(spots.centres)
-    seeing = _seeing(reach * spots.shapes)
+    centres = np.ascontiguousarray(spots.centres).view(np.complex128)[:, 0]
     apart = centres[others] - centres[:, None]
-    towards, near = _seen(tuple(part[:, None] for part in seeing), apart)
+    to_pitches = _inverses(reach * spots.shapes)
+    towards, near = _seen(to_pitches[..., None], apart)
     pairs = near.ravel().nonzero()[0]
     here, there = pairs // others.shape[1], others.ravel()[pairs]
     # a neighbour is of like size and sees the spot as its neighbour, too
     areas = determinants(spots.shapes)
     ratio = areas[there] / areas[here]
-    mutual = _seen(tuple(part[there] for part in seeing), apart.ravel()[pairs])[1]
+    mutual = _seen(to_pitches[:, there], apart.ravel()[pairs])[1]
     mutual &= (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE)
     towards = towards.ravel()[pairs]
     return _table(len(areas), here[mutual], there[mutual], towards[mutual])
@@ -141,29 +141,26 @@ def _others(centres: FloatArray) -> IntArray:
     return np.asarray(tree.query(centres, k=count + 1)[1][:, 1:])
 
 
-def _complex(vectors: FloatArray) -> ComplexArray:
-    """Return (n, 2) vectors as (n,) numbers x + iy."""
-    return np.ascontiguousarray(vectors).view(np.complex128)[:, 0]
+def _inverses(matrices: FloatArray) -> ComplexArray:
+    """Return (2, n) p and q such that z = x + iy times the inverse of a matrix is p z + q z*.
 
-
-def _seeing(matrices: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return (n,) p and q such that the inverse of a matrix maps z = x + iy to p z + q z*.
-
-    Two products of complex numbers are quicker than a product with each of many small matrices.
+    These products are quicker than those of many small matrices with vectors.
     """
     (a, b), (c, d) = matrices.transpose(1, 2, 0)
-    half = 0.5 / (a * d - b * c)
-    return ((a + d) + 1j * (b - c)) * half, ((d - a) - 1j * (b + c)) * half
+    inverses = np.array([(a + d) + 1j * (b - c), (d - a) - 1j * (b + c)])
+    inverses *= 0.5 / (a * d - b * c)
+    return inverses
 
 
-def _seen(seeing: tuple[ComplexArray, ...], apart: ComplexArray) -> tuple[ComplexArray, BoolArray]:
+def _seen(to_pitches: ComplexArray, apart: ComplexArray) -> tuple[ComplexArray, BoolArray]:
     """Return where spots see others, x + iy in pitches, and whether at a neighbour's distance.
 
     Args:
-        seeing: Maps of pixels to the coordinates in which a disc is a circle, see `_seeing`.
-        apart: (n,) or (n, k) ways to the others, x + iy in pixels.
+        to_pitches: (2, ...) maps of pixels to the coordinates in which a disc is a circle, see
+            `_inverses`.
+        apart: (...) ways to the others, x + iy in pixels.
     """
-    direct, mirrored = seeing
+    direct, mirrored = to_pitches
     towards = direct * apart + mirrored * apart.conj()
     distance = np.abs(towards)
     return towards, np.asarray((distance > _NEAR[0]) & (distance < _NEAR[1]))

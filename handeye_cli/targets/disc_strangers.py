@@ -77,6 +77,7 @@ def strangers(
 
 def _near(points: FloatArray, centres: FloatArray, jacobian: FloatArray) -> IntArray:
     """Return the indices of the points that are not far outside of all the centres."""
+    # no place is farther away per pitch, whatever the direction
     margin = 2.0 * _BESIDE * float(np.abs(jacobian).max())
     low, high = centres.min(axis=0) - margin, centres.max(axis=0) + margin
     within = (points > low) & (points < high)

@@ -13,7 +13,7 @@ from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray
 
 _UNIT = 100.0
-"""Pixels between neighbours, about: what is near 1 keeps the digits of the normal equations."""
+"""Pixels in which the points are counted: numbers near 1 keep the digits of what is solved."""
 
 
 def fitted_plane(
