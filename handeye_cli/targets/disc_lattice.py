@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants
-from handeye_cli.targets.lattice_plane import fitted_plane, plane_through
+from handeye_cli.targets.lattice_plane import agreed_plane, nearest_plane
 from handeye_cli.targets.lattice_walk import joined_parts
 
 ComplexArray = NDArray[np.complex128]
@@ -73,7 +73,7 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
         return
     parts = joined_parts(_neighbours(spots, reach))
     for members, places in parts[:_MOST]:
-        back, fitting = fitted_plane(spots.centres[members], places, _ASTRAY)
+        back, fitting = agreed_plane(spots.centres[members], places, _ASTRAY)
         part = members[fitting], places[fitting]
         cells = _cells(part, back, settled=False) if len(part[0]) >= enough else None
         if cells is not None:
@@ -183,7 +183,7 @@ def _settled(
         members, places = found
         if same:
             break
-        back = plane_through(spots.centres[members], places)
+        back = nearest_plane(spots.centres[members], places)
     return _cells((members, places), back, settled=True)
 
 

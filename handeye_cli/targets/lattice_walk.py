@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from handeye_cli.records import IntArray
 
-_APART = 1 << 20
-"""Difference of the numbers of places that lie beside each other in x; in y it is 1."""
-_STEPS = (_APART, 1, -_APART, -1)
+_STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 _ONES = np.ones(len(_STEPS), dtype=np.int64)
 
 
@@ -35,26 +31,23 @@ def joined_parts(neighbours: IntArray) -> list[tuple[IntArray, IntArray]]:
         if seed in free:
             places = _walk(table, seed, free)
             if len(places) >= len(_STEPS):
-                parts.append((np.array(list(places)), _unpacked(places.values())))
+                parts.append((np.array(list(places)), np.array(list(places.values()))))
     return sorted(parts, key=lambda part: -len(part[0]))
 
 
-def _walk(table: list[list[int]], seed: int, free: set[int]) -> dict[int, int]:
-    """Return the places of the points that are joined with a seed, which are free no longer.
-
-    A place is one number, which is quicker to look up than two.
-    """
-    places, turns, taken = {seed: 0}, {seed: 0}, {0}
+def _walk(table: list[list[int]], seed: int, free: set[int]) -> dict[int, tuple[int, int]]:
+    """Return the places of the points that are joined with a seed, which are free no longer."""
+    places, turns, taken = {seed: (0, 0)}, {seed: 0}, {(0, 0)}
     free.remove(seed)
     queue = [seed]
     # it grows while it is read: breadth first
     for here in queue:
-        at, turn = places[here], turns[here]
+        (x, y), turn = places[here], turns[here]
         for k, there in enumerate(table[here]):
             if there not in free or here not in table[there]:
                 continue
             direction = (k + turn) % 4
-            place = at + _STEPS[direction]
+            place = (x + _STEPS[direction][0], y + _STEPS[direction][1])
             if place not in taken:
                 # Seen from there, the way back is the opposite of the way here.
                 turns[there] = (direction + 2 - table[there].index(here)) % 4
@@ -63,9 +56,3 @@ def _walk(table: list[list[int]], seed: int, free: set[int]) -> dict[int, int]:
                 free.remove(there)
                 queue.append(there)
     return places
-
-
-def _unpacked(places: Iterable[int]) -> IntArray:
-    """Return (n, 2) places by their numbers."""
-    numbers = np.array(list(places)) + _APART // 2
-    return np.stack([numbers // _APART, numbers % _APART - _APART // 2], axis=1)
