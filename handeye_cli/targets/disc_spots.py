@@ -116,7 +116,7 @@ def _dark(image: GreyImage, window: int, depth: float) -> GreyImage:
     share, levels = _FAINT
     limit = cv2.addWeighted(limit, share * (1.0 - depth), darkest, share * depth, -levels)
     limit = cv2.resize(limit, (columns, rows))
-    # in place: less memory is faster memory
+    # in place: a second image would push the first one out of the cache
     mask = cv2.compare(image, limit, cv2.CMP_LT, dst=limit)
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK, dst=mask), dtype=np.uint8)
 
@@ -144,7 +144,8 @@ def _outlines(mask: GreyImage, longest: int) -> list[IntArray]:
 def moments(outlines: list[IntArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return areas (n,), centroids (n, 2) and covariances (n, 2, 2) of what outlines enclose.
 
-    Areas are negative for holes, whose outlines turn the other way.
+    Outlines are (k, 1, 2) arrays of 32-bit integers, as OpenCV gives them. Areas are negative for
+    holes, whose outlines turn the other way.
     """
     if not outlines:
         return np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
@@ -184,7 +185,8 @@ def _paths(
 def _terms(path: SingleArray) -> SingleArray:
     """Return what the sides of outlines add to their moments by Green's theorem.
 
-    Single precision has room for all digits of these whole numbers in spots up to 60 pixels wide.
+    Single precision has room for all digits of these whole numbers in spots up to 60 pixels wide,
+    and for six of them in others.
 
     Args:
         path: (2, m + 1) x and y from the outline's start, to which the side of the last corner

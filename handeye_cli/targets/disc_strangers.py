@@ -77,11 +77,11 @@ def strangers(
 
 def _near(points: FloatArray, centres: FloatArray, jacobian: FloatArray) -> IntArray:
     """Return the indices of the points that are not far outside of all the centres."""
-    # no place is farther away per pitch, whatever the direction
+    # in x or y, no way of so many pitches is longer
     margin = 2.0 * _BESIDE * float(np.abs(jacobian).max())
     low, high = centres.min(axis=0) - margin, centres.max(axis=0) + margin
     within = (points > low) & (points < high)
-    return (within[:, 0] & within[:, 1]).nonzero()[0]
+    return np.flatnonzero(within[:, 0] & within[:, 1])
 
 
 def _squares(here: FloatArray, there: FloatArray | IntArray) -> FloatArray:

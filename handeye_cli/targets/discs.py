@@ -284,8 +284,8 @@ def _complete(expected: _Expected, size: tuple[int, ...]) -> bool:
     if known.all():
         return True
     absent = disc_outlines.inside(expected.centres, expected.shapes, size) & ~known
-    few = np.count_nonzero(absent) <= max(1, _ABSENT * len(known))
-    return few and np.count_nonzero(known) >= 4
+    few = np.count_nonzero(absent) <= max(1.0, _ABSENT * len(known))
+    return bool(few and np.count_nonzero(known) >= 4)
 
 
 def _square(outlines: Outlines) -> bool:
@@ -295,7 +295,7 @@ def _square(outlines: Outlines) -> bool:
     if corners <= _CORNERS:
         return False
     width = 2.0 * math.sqrt(abs(typical(determinants(outlines.shapes[sure]))))
-    return corners > _CORNERS + _CORNERS_PX / width
+    return bool(corners > _CORNERS + _CORNERS_PX / width)
 
 
 def _measured(search: _Search, step: Step, expected: _Expected) -> Discs | None:

@@ -88,12 +88,7 @@ def linear_plane(pixels: FloatArray, places: IntArray) -> FloatArray | None:
     # the sums of the squares of whole numbers say whether the places lie on one line
     if product[5, 5] * product[8, 8] == product[5, 8] ** 2:
         return None
-    # the blocks of the normal equations, in which x and y of a place do not meet
-    normal = np.zeros((9, 9))
-    normal[:3, :3] = normal[3:6, 3:6] = product[:3, :3]
-    normal[:6, 6:] = product[3:, :3]
-    normal[6:, :6] = normal[:6, 6:].T
-    normal[6:, 6:] = product[3:6, 3:6] + product[6:, 6:]
+    normal = _normal_matrix(product)
     done, solved = cv2.solve(normal[:8, :8], -normal[:8, 8:], flags=cv2.DECOMP_CHOLESKY)
     if not done:
         return None
@@ -103,3 +98,19 @@ def linear_plane(pixels: FloatArray, places: IntArray) -> FloatArray | None:
     plane[:, 2] -= plane[:, :2] @ middle
     plane[:2] += first[:, None] * plane[2]
     return plane
+
+
+def _normal_matrix(product: FloatArray) -> FloatArray:
+    """Return the (9, 9) normal matrix of the linear method.
+
+    Args:
+        product: (9, 9) sums of the products of p, -x p and -y p, where p are x, y and 1 of a pixel,
+            and x and y a place.
+    """
+    normal = np.zeros((9, 9))
+    # the equations of x and those of y meet in the depth only
+    normal[:3, :3] = normal[3:6, 3:6] = product[:3, :3]
+    normal[:6, 6:] = product[3:, :3]
+    normal[6:, :6] = normal[:6, 6:].T
+    normal[6:, 6:] = product[3:6, 3:6] + product[6:, 6:]
+    return normal
