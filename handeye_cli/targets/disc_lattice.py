@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, inverses
+from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants
+from handeye_cli.targets.lattice_plane import agreed_plane, nearest_plane
 from handeye_cli.targets.lattice_walk import joined_parts
 
 ComplexArray = NDArray[np.complex128]
@@ -34,6 +35,8 @@ _SIZES = (0.65, 1.4)
 """Width of a spot over the expected one."""
 _AROUND = 12
 """Nearest spots among which the four neighbours are, even at a tilt of 70 degrees."""
+_FEW = 100
+"""Spots up to which a table of all distances is quicker than a tree."""
 _ROUNDS = 6
 _MOST = 3
 """Parts of a lattice that are looked at."""
@@ -70,7 +73,7 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
         return
     parts = joined_parts(_neighbours(spots, reach))
     for members, places in parts[:_MOST]:
-        back, fitting = _plane(spots.centres[members], places, cv2.RANSAC)
+        back, fitting = agreed_plane(spots.centres[members], places, _ASTRAY)
         part = members[fitting], places[fitting]
         cells = _cells(part, back, settled=False) if len(part[0]) >= enough else None
         if cells is not None:
@@ -83,15 +86,18 @@ def grow(spots: Spots, reach: float, larger: float, *, enough: float = math.inf)
 def _neighbours(spots: Spots, reach: float) -> IntArray:
     """Return the (n, 4) neighbours in the directions of each spot's own cross, -1 for none."""
     others = _others(spots.centres)
-    apart = spots.centres[others] - spots.centres[:, None]
-    to_pitches = inverses(reach * spots.shapes)
-    towards, near = _seen(to_pitches, apart)
-    here, there, towards, apart = near.nonzero()[0], others[near], towards[near], apart[near]
+    centres = np.ascontiguousarray(spots.centres).view(np.complex128)[:, 0]
+    apart = centres[others] - centres[:, None]
+    to_pitches = _inverses(reach * spots.shapes)
+    towards, near = _seen(to_pitches[..., None], apart)
+    pairs = near.ravel().nonzero()[0]
+    here, there = pairs // others.shape[1], others.ravel()[pairs]
     # a neighbour is of like size and sees the spot as its neighbour, too
     areas = determinants(spots.shapes)
     ratio = areas[there] / areas[here]
-    mutual = _seen(to_pitches[there], apart[:, None])[1][:, 0]
+    mutual = _seen(to_pitches[:, there], apart.ravel()[pairs])[1]
     mutual &= (ratio < _ALIKE) & (ratio > 1.0 / _ALIKE)
+    towards = towards.ravel()[pairs]
     return _table(len(areas), here[mutual], there[mutual], towards[mutual])
 
 
@@ -113,7 +119,7 @@ def _table(count: int, here: IntArray, there: IntArray, towards: ComplexArray) -
     along, across = np.abs(towards.real), np.abs(towards.imag)
     level, off = along > across, np.minimum(along, across)
     opposite = np.where(level, towards.real, towards.imag) < 0.0
-    direction = np.where(level, 0, 1) + np.where(opposite, 2, 0)
+    direction = 2 * opposite + ~level
     # of several in one direction, the last one stays
     order = np.argsort(-np.abs(distance - 1.0) - off, kind="stable")
     order = order[off[order] < _TURN]
@@ -125,18 +131,37 @@ def _table(count: int, here: IntArray, there: IntArray, towards: ComplexArray) -
 def _others(centres: FloatArray) -> IntArray:
     """Return the (n, k) nearest other spots of each spot."""
     count = min(_AROUND, len(centres) - 1)
+    if len(centres) <= _FEW:
+        x, y = centres.T
+        across, down = x[:, None] - x, y[:, None] - y
+        square = across * across + down * down
+        np.fill_diagonal(square, np.inf)
+        return np.argpartition(square, count - 1, axis=1)[:, :count]
     tree = cKDTree(centres, compact_nodes=False, balanced_tree=False)
     return np.asarray(tree.query(centres, k=count + 1)[1][:, 1:])
 
 
-def _seen(to_pitches: FloatArray, apart: FloatArray) -> tuple[ComplexArray, BoolArray]:
+def _inverses(matrices: FloatArray) -> ComplexArray:
+    """Return (2, n) p and q such that z = x + iy times the inverse of a matrix is p z + q z*.
+
+    These products are quicker than those of many small matrices with vectors.
+    """
+    (a, b), (c, d) = matrices.transpose(1, 2, 0)
+    inverses = np.array([(a + d) + 1j * (b - c), (d - a) - 1j * (b + c)])
+    inverses *= 0.5 / (a * d - b * c)
+    return inverses
+
+
+def _seen(to_pitches: ComplexArray, apart: ComplexArray) -> tuple[ComplexArray, BoolArray]:
     """Return where spots see others, x + iy in pitches, and whether at a neighbour's distance.
 
     Args:
-        to_pitches: (n, 2, 2) maps of pixels to the coordinates in which a disc is a circle.
-        apart: (n, k, 2) ways to the others, pixels.
+        to_pitches: (2, ...) maps of pixels to the coordinates in which a disc is a circle, see
+            `_inverses`.
+        apart: (...) ways to the others, x + iy in pixels.
     """
-    towards = (apart @ to_pitches.transpose(0, 2, 1)).view(np.complex128)[..., 0]
+    direct, mirrored = to_pitches
+    towards = direct * apart + mirrored * apart.conj()
     distance = np.abs(towards)
     return towards, np.asarray((distance > _NEAR[0]) & (distance < _NEAR[1]))
 
@@ -158,7 +183,7 @@ def _settled(
         members, places = found
         if same:
             break
-        back, _ = _plane(spots.centres[members], places)
+        back = nearest_plane(spots.centres[members], places)
     return _cells((members, places), back, settled=True)
 
 
@@ -166,28 +191,15 @@ def _cells(
     part: tuple[IntArray, IntArray], back: FloatArray | None, *, settled: bool
 ) -> Cells | None:
     """Return a part with the inverse of the (3, 3) homography from pixels, if there is one."""
-    if back is None or abs(np.linalg.det(back)) < 1e-12:
+    if back is None or abs(cv2.determinant(back)) < 1e-12:
         return None
-    return Cells(*part, np.asarray(np.linalg.inv(back), dtype=np.float64), settled)
+    return Cells(*part, np.asarray(cv2.invert(back)[1], dtype=np.float64), settled)
 
 
 def _in_line(places: IntArray) -> bool:
     """Say whether (n, 2) places all lie on one straight line."""
     x, y = (places - places[0]).T
     return bool((x @ x) * (y @ y) == (x @ y) ** 2)
-
-
-def _plane(
-    pixels: FloatArray, places: IntArray, method: int = 0
-) -> tuple[FloatArray | None, BoolArray]:
-    """Return the (3, 3) homography from pixels to places, if any, and which points it fits."""
-    none = np.zeros(len(places), dtype=np.bool_)
-    if len(places) < 4:
-        return None, none
-    found, fitting = cv2.findHomography(pixels, places.astype(np.float64), method, _ASTRAY)
-    if np.shape(found) != (3, 3):
-        return None, none
-    return np.asarray(found, dtype=np.float64), np.ravel(fitting) > 0
 
 
 def _fitting(
@@ -208,7 +220,7 @@ def _fitting(
     position = seen[:, :2] / np.where(front, seen[:, 2], 1.0)[:, None]
     place = np.rint(np.clip(position, -1e6, 1e6)).astype(np.int64)
     off = np.hypot(*(position - place).T)
-    scale = np.abs(np.linalg.det(back)) / np.where(front, depth, 1.0) ** 3
+    scale = abs(cv2.determinant(back)) / np.where(front, depth, 1.0) ** 3
     size = reach * np.sqrt(determinants(spots.shapes) * scale)
     fits = front & (off < _ASTRAY) & (size > _SIZES[0]) & (size < _SIZES[1] * larger)
     chosen = np.flatnonzero(fits)

@@ -45,13 +45,18 @@ _AT_ONCE = 2000
 """Discs sampled at once: OpenCV's images of rays are at most 32766 pixels wide."""
 
 _STEPS = np.linspace(0.0, 1.0, _SAMPLES)
+_SHARES = np.array([0.5, *np.ones(_SAMPLES - 2), 0.5], dtype=np.float32) / (_SAMPLES - 1)
+"""Of the samples in their mean; the outer ones stand for half a step."""
 _ANGLES = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _HARMONICS = np.stack([np.ones(_RAYS), *_CIRCLE, np.cos(2 * _ANGLES), np.sin(2 * _ANGLES)])
 """(5, rays) waves round a circle: of its size, its middle and its stretch."""
-_WEIGHTS = (_HARMONICS / np.sum(_HARMONICS**2, axis=1, keepdims=True)).T
-_FOURTH = np.stack([np.cos(4 * _ANGLES), np.sin(4 * _ANGLES)], axis=1) * 2.0 / _RAYS
-"""(rays, 2) weights of the waves that four corners make."""
+_FOURTH = np.stack([np.cos(4 * _ANGLES), np.sin(4 * _ANGLES)])
+"""(2, rays) waves that four corners make."""
+_WAVES = np.concatenate([_HARMONICS, _FOURTH])
+_WEIGHTS = (_WAVES / np.sum(_WAVES**2, axis=1, keepdims=True)).T
+"""(rays, 7) weights of a distance along each ray in the heights of the waves."""
+_EQUAL = np.full(_RAYS, 1.0 / _RAYS)
 
 SingleArray = NDArray[np.float32]
 
@@ -111,7 +116,7 @@ def measure(
         within,
         within,
     )
-    if not np.all(known):
+    if not known.all():
         rough = _corrected(image, start, np.full(len(centres), 1.0 - _INK), paper)
     radius = np.sqrt(np.abs(determinants(rough.shapes)))
     band = np.minimum(np.maximum(doubt / radius, _NARROWEST), 1.0 - _INK)
@@ -124,7 +129,7 @@ def measure(
     whole = np.where(sure, within & inside(fine.centres, fine.shapes, image.shape), within)
     sure &= whole
     seen = fine.seen
-    if not np.all(whole):
+    if not whole.all():
         seen = np.where(whole, seen, _part_seen(image, start, paper))
     return Outlines(
         np.where(sure[:, None], fine.centres, centres),
@@ -156,9 +161,9 @@ def _points(outlines: Outlines, radii: FloatArray) -> SingleArray:
     """Return x and y, (2, m, n, rays) pixels, at (m, n) radii along the rays of each disc."""
     ends = (outlines.shapes @ _CIRCLE).transpose(1, 0, 2).astype(np.float32)
     middles = outlines.centres.T.astype(np.float32)
-    return np.asarray(
-        ends[:, None] * radii.astype(np.float32)[..., None] + middles[:, None, :, None]
-    )
+    points = ends[:, None] * radii.astype(np.float32)[..., None]
+    points += middles[:, None, :, None]
+    return np.asarray(points)
 
 
 def _sampled(image: GreyImage, points: SingleArray) -> SingleArray:
@@ -180,13 +185,15 @@ def _corrected(image: GreyImage, outlines: Outlines, band: FloatArray, paper: fl
     levels = _sampled(image, _points(outlines, radii))
     light = levels[-1]
     contrast = light - levels[0]
-    darkness = (light - levels[1:-1]) / np.maximum(contrast, 1.0)
-    darkness = np.minimum(np.maximum(darkness, 0.0), 1.0)
-    # of an edge from 1 to 0, the mean says where it is; the outer samples stand for half a step
-    share = (darkness.sum(axis=0) - 0.5 * (darkness[0] + darkness[-1])) / (_SAMPLES - 1)
+    darkness = light - levels[1:-1]
+    darkness /= np.maximum(contrast, 1.0)
+    np.maximum(darkness, 0.0, out=darkness)
+    np.minimum(darkness, 1.0, out=darkness)
+    # of an edge from 1 to 0, the mean says where it is
+    share = (_SHARES @ darkness.reshape(_SAMPLES, -1)).reshape(light.shape)
     edge = first[:, None] + (last - first)[:, None] * share
     even = contrast.min(axis=1) > _EVEN * contrast.max(axis=1)
-    fitted = _fitted(outlines, edge, np.count_nonzero(contrast > _FAINTEST, axis=1) / _RAYS)
+    fitted = _fitted(outlines, edge, (contrast > _FAINTEST) @ _EQUAL)
     return fitted._replace(even=np.asarray(even))
 
 
@@ -196,20 +203,22 @@ def _fitted(outlines: Outlines, edge: FloatArray, edged: FloatArray) -> Outlines
     `edged` is the (n,) share of the rays that have an edge.
     """
     terms = edge @ _WEIGHTS
-    misses = edge - terms @ _HARMONICS
-    ragged = np.sqrt(np.sum(misses * misses, axis=1) / _RAYS)
-    size, across = terms[:, 0], terms[:, 4]
-    stretch = np.empty((len(terms), 2, 2))
-    stretch[:, 0, 1] = stretch[:, 1, 0] = across
-    stretch[:, 0, 0], stretch[:, 1, 1] = size + terms[:, 3], size - terms[:, 3]
-    shift = outlines.shapes @ terms[:, 1:3, None]
+    misses = edge - terms[:, :5] @ _HARMONICS
+    ragged = np.sqrt((misses * misses) @ _EQUAL)
+    # how the unit circle is stretched, and where its middle goes
+    changed = np.empty((len(terms), 2, 3))
+    changed[:, 0, 1] = changed[:, 1, 0] = terms[:, 4]
+    changed[:, 0, 0] = terms[:, 0] + terms[:, 3]
+    changed[:, 1, 1] = terms[:, 0] - terms[:, 3]
+    changed[:, :, 2] = terms[:, 1:3]
+    changed = outlines.shapes @ changed
     return outlines._replace(
-        centres=outlines.centres + shift[..., 0],
-        shapes=outlines.shapes @ stretch,
+        centres=outlines.centres + changed[:, :, 2],
+        shapes=changed[:, :, :2],
         seen=np.asarray(edged >= _PARTLY),
         sure=np.asarray((edged >= _EDGED) & (ragged < _RAGGED)),
         ragged=np.asarray(ragged),
-        corners=np.asarray(misses @ _FOURTH),
+        corners=terms[:, 5:],
     )
 
 

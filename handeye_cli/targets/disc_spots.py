@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 
 BoolArray = NDArray[np.bool_]
+SingleArray = NDArray[np.float32]
 
 _MOST = 5000
 """Outlines are measured up to this number, the longest ones."""
@@ -33,6 +34,8 @@ _SLIMMEST = 0.2
 """Smallest ratio of an ellipse's axes: a disc at a tilt of 78 degrees."""
 _FILLED = (0.88, 1.08)
 """Area of a spot over that of the ellipse with its second moments, which is 1 for an ellipse."""
+_SHARES = 1.0 / np.array([2.0, 6.0, 6.0, 12.0, 12.0, 24.0])[:, None]
+"""Of the area and the integrals of x, y, xx, yy and xy in the terms of an outline's sides."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Spots:
 
     def scaled(self, factor: float) -> Spots:
         """Return the spots in the image of which factor x factor pixels make one of this one's."""
+        if factor == 1.0:
+            return self
         return Spots(self.centres * factor + (factor - 1) / 2, self.shapes * factor)
 
     @property
@@ -72,11 +77,9 @@ def find_spots(image: GreyImage, window: int, depth: float, *, enlarged: float =
         enlarged: Pixels of this image along one of the camera's, across which edges are blurred.
     """
     area, centres, spread = moments(_outlines(_dark(image, window, depth), _LONGEST * window))
-    chosen = (area > _SMALLEST) & _elliptic(area, spread)
-    centres, spread = centres[chosen], spread[chosen]
     # the outline runs through the middles of the outermost pixels, half a pixel inside
-    shapes = 2.0 * _square_root(spread) + (0.5 + _CUT * depth * enlarged) * np.eye(2)
-    chosen = _inside(centres, shapes, image.shape)
+    shapes = _ellipses(spread, 0.5 + _CUT * depth * enlarged)
+    chosen = _elliptic(area, spread) & _inside(centres, shapes, image.shape)
     return Spots(centres[chosen], shapes[chosen])
 
 
@@ -86,25 +89,18 @@ def determinants(matrices: FloatArray) -> FloatArray:
     return np.asarray(product - matrices[..., 0, 1] * matrices[..., 1, 0])
 
 
-def inverses(matrices: FloatArray) -> FloatArray:
-    """Return the inverses of (..., 2, 2) matrices, faster than by factorising them."""
-    inverse = np.empty(matrices.shape)
-    inverse[..., 0, 0], inverse[..., 1, 1] = matrices[..., 1, 1], matrices[..., 0, 0]
-    inverse[..., 0, 1], inverse[..., 1, 0] = -matrices[..., 0, 1], -matrices[..., 1, 0]
-    inverse /= determinants(matrices)[..., None, None]
-    return inverse
-
-
 def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return the (..., 2) vectors that (..., 2, 2) matrices map to the given ones.
 
     By Cramer's rule, which takes a tenth of the time of factorising each matrix.
     """
     x, y = vectors[..., 0], vectors[..., 1]
-    solved = np.empty(np.broadcast_shapes(matrices.shape[:-1], vectors.shape))
-    solved[..., 0] = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
-    solved[..., 1] = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
-    solved /= determinants(matrices)[..., None]
+    first = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
+    second = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
+    determinant = determinants(matrices)
+    solved = np.empty((*first.shape, 2))
+    np.divide(first, determinant, out=solved[..., 0])
+    np.divide(second, determinant, out=solved[..., 1])
     return solved
 
 
@@ -113,14 +109,26 @@ def _dark(image: GreyImage, window: int, depth: float) -> GreyImage:
     # what is around changes slowly, so that some pixels across the window are enough to tell it
     rows, columns = image.shape
     step = max(1, window // _ACROSS)
-    few = cv2.resize(image, (max(1, columns // step), max(1, rows // step)))
+    few = _some(image, step)
     size = (window // step | 1, window // step | 1)
     limit = cv2.blur(few, size)
     darkest = cv2.erode(few, np.ones(size, dtype=np.uint8)) if depth > 0.0 else limit
     share, levels = _FAINT
     limit = cv2.addWeighted(limit, share * (1.0 - depth), darkest, share * depth, -levels)
-    mask = cv2.compare(image, cv2.resize(limit, (columns, rows)), cv2.CMP_LT)
-    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK), dtype=np.uint8)
+    limit = cv2.resize(limit, (columns, rows))
+    # in place: a second image would push the first one out of the cache
+    mask = cv2.compare(image, limit, cv2.CMP_LT, dst=limit)
+    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _SPECK, dst=mask), dtype=np.uint8)
+
+
+def _some(image: GreyImage, step: int) -> GreyImage:
+    """Return an image resized to one pixel for step x step pixels, its edge perhaps left out."""
+    rows, columns = image.shape
+    if step % 2 and rows % step == 0 and columns % step == 0:
+        # what resizing gives, without its reading of all pixels between
+        return np.ascontiguousarray(image[step // 2 :: step, step // 2 :: step])
+    few = cv2.resize(image, (max(1, columns // step), max(1, rows // step)))
+    return np.asarray(few, dtype=np.uint8)
 
 
 def _outlines(mask: GreyImage, longest: int) -> list[IntArray]:
@@ -136,59 +144,106 @@ def _outlines(mask: GreyImage, longest: int) -> list[IntArray]:
 def moments(outlines: list[IntArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return areas (n,), centroids (n, 2) and covariances (n, 2, 2) of what outlines enclose.
 
-    Areas are negative for holes, whose outlines turn the other way.
+    Outlines are (k, 1, 2) arrays of 32-bit integers, as OpenCV gives them. Areas are negative for
+    holes, whose outlines turn the other way.
     """
     if not outlines:
         return np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
     lengths = np.fromiter(map(len, outlines), dtype=np.int64, count=len(outlines))
-    starts = np.cumsum(lengths) - lengths
-    # x + iy, from where each outline starts and to where it returns
-    here = np.concatenate(outlines).astype(np.float64).view(np.complex128).ravel()
-    origins = here[starts]
-    here -= np.repeat(origins, lengths)
-    there = np.empty_like(here)
-    there[:-1] = here[1:]
-    there[starts - 1] = 0.0
-    # sums over the triangles from the origin to each side, by Green's theorem
-    product, total = here.conj() * there, here + there
-    cross = product.imag
-    terms = np.empty((3, len(here)), dtype=np.complex128)
-    terms[0].real = cross
-    terms[0].imag = (total.real**2 + total.imag**2 - product.real) * cross
-    terms[1] = total * cross
-    terms[2] = (total * total - here * there) * cross
-    first, middle, square = np.add.reduceat(terms, starts, axis=1)
-    area = first.real / 2.0
-    scale = 1.0 / np.where(area == 0.0, np.inf, area)
-    middle *= scale / 6.0
-    # mean squares of x + iy and of its length
-    square = square * (scale / 12.0) - middle * middle
-    length = first.imag * (scale / 12.0) - np.abs(middle) ** 2
+    starts = lengths.cumsum() - lengths
+    path, origins = _paths(np.concatenate(outlines), starts, lengths)
+    sums = np.add.reduceat(_terms(path), starts, axis=1) * _SHARES
+    area = sums[0]
+    means = sums[1:] / np.where(area == 0.0, np.inf, area)
+    middle = means[:2]
+    means[2:4] -= middle * middle
     spread = np.empty((len(area), 2, 2))
-    spread[:, 0, 0], spread[:, 1, 1] = length + square.real, length - square.real
-    spread[:, 0, 1] = spread[:, 1, 0] = square.imag
-    spread *= 0.5
-    return area, (origins + middle).view(np.float64).reshape(-1, 2), spread
+    spread[:, 0, 0], spread[:, 1, 1] = means[2], means[3]
+    spread[:, 0, 1] = spread[:, 1, 0] = means[4] - middle[0] * middle[1]
+    return area, origins + middle.T, spread
+
+
+def _paths(
+    corners: IntArray, starts: IntArray, lengths: IntArray
+) -> tuple[SingleArray, NDArray[np.int32]]:
+    """Return (2, m + 1) x and y of outlines from where each starts, and the (n, 2) starts.
+
+    After the last corner of an outline comes the start of the next one, which is 0 as its own is.
+
+    Args:
+        corners: (m, 1, 2) pixels of all outlines, one after the other.
+        starts: (n,) where the outlines start.
+        lengths: (n,) their numbers of corners.
+    """
+    # x and y as one number: rows are chosen and repeated one by one, numbers many at once
+    origins = corners.view(np.int64).ravel()[starts]
+    path = np.zeros((2, len(corners) + 1), dtype=np.float32)
+    path[:, :-1] = (corners[:, 0] - np.repeat(origins, lengths).view(np.int32).reshape(-1, 2)).T
+    return path, origins.view(np.int32).reshape(-1, 2)
+
+
+def _terms(path: SingleArray) -> SingleArray:
+    """Return what the sides of outlines add to their moments by Green's theorem.
+
+    Single precision has room for all digits of these whole numbers in spots up to 60 pixels wide,
+    and for six of them in others.
+
+    Args:
+        path: (2, m + 1) x and y from the outline's start, to which the side of the last corner
+            returns.
+
+    Returns:
+        (6, m) terms of the area and of the integrals of x, y, xx, yy and xy, of which `_SHARES` are
+        to be taken.
+    """
+    here, there = path[:, :-1], path[:, 1:]
+    terms = np.empty((6, here.shape[1]), dtype=np.float32)
+    cross, firsts, squares, mixed = terms[0], terms[1:3], terms[3:5], terms[5]
+    np.subtract(here[0] * there[1], here[1] * there[0], out=cross)
+    both = here + there
+    np.multiply(both, cross, out=firsts)
+    np.subtract(both * both, here * there, out=squares)
+    squares *= cross
+    product = path[0] * path[1]
+    np.multiply(both[0], both[1], out=mixed)
+    mixed += product[:-1]
+    mixed += product[1:]
+    mixed *= cross
+    return terms
 
 
 def _elliptic(area: FloatArray, spread: FloatArray) -> BoolArray:
+    """Say which areas are no specks, and filled ellipses by their (n, 2, 2) second moments."""
     determinant = np.maximum(determinants(spread), 1e-12)
-    filled = area / (4.0 * np.pi * np.sqrt(determinant))
+    filled = area / np.sqrt(determinant)
     # for a ratio r of the axes, det / trace^2 is r^2 / (1 + r^2)^2
-    slim = determinant / np.maximum(spread[:, 0, 0] + spread[:, 1, 1], 1e-6) ** 2
-    limit = (_SLIMMEST / (1.0 + _SLIMMEST**2)) ** 2
-    return np.asarray((filled > _FILLED[0]) & (filled < _FILLED[1]) & (slim > limit))
+    trace = np.maximum(spread[:, 0, 0] + spread[:, 1, 1], 1e-6)
+    slim = (_SLIMMEST / (1.0 + _SLIMMEST**2)) * trace
+    least, most = (4.0 * np.pi * share for share in _FILLED)
+    chosen = (area > _SMALLEST) & (filled > least) & (filled < most)
+    return np.asarray(chosen & (determinant > slim * slim))
+
+
+def _ellipses(spread: FloatArray, rim: float) -> FloatArray:
+    """Return the symmetric maps from the unit circle to ellipses, with a rim around them.
+
+    Args:
+        spread: (n, 2, 2) second moments of the ellipses without the rim.
+        rim: Width, pixels.
+    """
+    # twice the square root of a matrix of two rows is made of itself and the unit matrix
+    root = np.sqrt(np.maximum(determinants(spread), 0.0))
+    trace = spread[:, 0, 0] + spread[:, 1, 1]
+    scale = 2.0 / np.sqrt(np.maximum(trace + 2.0 * root, 1e-12))
+    shapes = spread * scale[:, None, None]
+    root *= scale
+    root += rim
+    shapes[:, 0, 0] += root
+    shapes[:, 1, 1] += root
+    return shapes
 
 
 def _inside(centres: FloatArray, shapes: FloatArray, size: tuple[int, ...]) -> BoolArray:
     reach = np.hypot(shapes[..., 0], shapes[..., 1])
     inside = (centres > reach) & (centres + reach < [size[1] - 1.0, size[0] - 1.0])
     return np.asarray(inside[:, 0] & inside[:, 1])
-
-
-def _square_root(matrices: FloatArray) -> FloatArray:
-    """Return the symmetric square roots of (n, 2, 2) symmetric positive matrices."""
-    root = np.sqrt(np.maximum(determinants(matrices), 0.0))
-    trace = matrices[:, 0, 0] + matrices[:, 1, 1]
-    scale = np.sqrt(np.maximum(trace + 2.0 * root, 1e-12))
-    return np.asarray((matrices + root[:, None, None] * np.eye(2)) / scale[:, None, None])

@@ -55,16 +55,19 @@ def strangers(
     nearest = np.argmin(_squares(seen, centres), axis=1)
     aside = mapped_back(jacobian[nearest], seen - centres[nearest])
     own = np.hypot(aside[:, 0], aside[:, 1]) < _OWN
-    if not np.any(own) or np.all(own):
+    # fewer than some of them are taken for chance, whatever they are
+    if not 0 < np.count_nonzero(own) <= len(own) - _FEWEST:
         return Strangers()
     width = np.sqrt(np.abs(determinants(shapes) / determinants(jacobian)[nearest]))
     width /= typical(width[own])
     others = np.flatnonzero(~own & (width > _ALIKE[0]) & (width < _ALIKE[1]))
+    if len(others) < _FEWEST:
+        return Strangers()
     position = places[nearest[others]] + aside[others]
-    square, off = _squares(position, places), position - np.rint(position)
-    between = np.sum(square < _BETWEEN**2, axis=1) >= 2
-    beyond = ~between & np.any(square < _BESIDE**2, axis=1)
-    beyond &= np.hypot(off[:, 0], off[:, 1]) < _NEXT
+    off = position - np.rint(position)
+    first, second = np.partition(_squares(position, places), 1, axis=1)[:, :2].T
+    between = second < _BETWEEN**2
+    beyond = ~between & (first < _BESIDE**2) & (np.hypot(off[:, 0], off[:, 1]) < _NEXT)
     count = len(places)
     return Strangers(
         _unlikely(int(between.sum()), _BETWEEN_SHARE * count),
@@ -74,9 +77,11 @@ def strangers(
 
 def _near(points: FloatArray, centres: FloatArray, jacobian: FloatArray) -> IntArray:
     """Return the indices of the points that are not far outside of all the centres."""
-    margin = _BESIDE * np.abs(jacobian).sum(axis=2).max(axis=0)
+    # in x or y, no way of so many pitches is longer
+    margin = 2.0 * _BESIDE * float(np.abs(jacobian).max())
     low, high = centres.min(axis=0) - margin, centres.max(axis=0) + margin
-    return np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+    within = (points > low) & (points < high)
+    return np.flatnonzero(within[:, 0] & within[:, 1])
 
 
 def _squares(here: FloatArray, there: FloatArray | IntArray) -> FloatArray:

@@ -7,6 +7,7 @@ own centre lies up to 0.1 px or so beside it; only the camera and the pose tell 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -218,14 +219,14 @@ def _strangers(search: _Search, spots: Spots, discs: Discs, expected: _Expected)
 
 def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> _Expected:
     """Return the discs at (n, 2) places, going by the spots at them and the plane of all spots."""
-    spot_at = dict(zip(map(tuple, part.places.tolist()), part.members.tolist(), strict=True))
-    members = np.array([spot_at.get((x, y), -1) for x, y in places.tolist()])
+    spot_at = dict(zip(_pairs(part.places), part.members.tolist(), strict=True))
+    members = np.array([spot_at.get(place, -1) for place in _pairs(places)])
     known = members >= 0
     seats, jacobian = _projected(part.homography, places)
     off = np.where(known[:, None], spots.centres[members] - seats, 0.0)
     likely = _smooth(pattern.closeness, off, known)
     odd = _pitches(jacobian, off - likely) > _ODD_SPOT
-    if np.any(odd & known):
+    if (odd & known).any():
         known &= ~odd
         likely = _smooth(pattern.closeness, off, known)
     shapes = jacobian / pattern.reach
@@ -235,6 +236,12 @@ def _expected(places: IntArray, pattern: Pattern, spots: Spots, part: Cells) -> 
         shapes[wide] = spots.shapes[members[wide]]
     centres = seats + np.where(known[:, None], off, likely)
     return _Expected(places, centres, shapes, known, seats, jacobian)
+
+
+def _pairs(places: IntArray) -> Iterator[tuple[int, int]]:
+    """Return (n, 2) places one by one, each as a key of a dictionary."""
+    x, y = places.T.tolist()
+    return zip(x, y, strict=True)
 
 
 def _boxes(places: IntArray, homography: FloatArray, reach: float) -> FloatArray:
@@ -249,8 +256,12 @@ def _smooth(closeness: FloatArray, off: FloatArray, known: BoolArray) -> FloatAr
 
     The lens bends a grid smoothly: a disc is off its place as its neighbours are.
     """
-    weights = known * closeness
-    return np.asarray(weights @ off / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12))
+    # the sums of the offsets and that of the weights in one product
+    summed = np.ones((len(off), 3))
+    summed[:, :2] = off
+    summed *= known[:, None]
+    summed = closeness @ summed
+    return np.asarray(summed[:, :2] / np.maximum(summed[:, 2:], 1e-12))
 
 
 def _pitches(jacobian: FloatArray, off: FloatArray) -> FloatArray:
@@ -270,18 +281,21 @@ def _projected(homography: FloatArray, places: IntArray) -> tuple[FloatArray, Fl
 def _complete(expected: _Expected, size: tuple[int, ...]) -> bool:
     """Say whether so many discs are spots that the others may be sought at their places."""
     known = expected.known
-    if np.all(known):
+    if known.all():
         return True
     absent = disc_outlines.inside(expected.centres, expected.shapes, size) & ~known
-    return bool(absent.sum() <= max(1, _ABSENT * len(known)) and np.sum(known) >= 4)
+    few = np.count_nonzero(absent) <= max(1.0, _ABSENT * len(known))
+    return bool(few and np.count_nonzero(known) >= 4)
 
 
 def _square(outlines: Outlines) -> bool:
     """Say whether the discs have four corners, as those of a chessboard, all in one direction."""
     sure = outlines.sure
-    corners = math.hypot(*outlines.corners[sure].mean(axis=0))
+    corners = math.hypot(*outlines.corners[sure].sum(axis=0)) / np.count_nonzero(sure)
+    if corners <= _CORNERS:
+        return False
     width = 2.0 * math.sqrt(abs(typical(determinants(outlines.shapes[sure]))))
-    return corners > _CORNERS + _CORNERS_PX / width
+    return bool(corners > _CORNERS + _CORNERS_PX / width)
 
 
 def _measured(search: _Search, step: Step, expected: _Expected) -> Discs | None:
@@ -298,18 +312,21 @@ def _measured(search: _Search, step: Step, expected: _Expected) -> Discs | None:
         doubt=_DOUBT * (step.factor + 1),
     )
     whole, sure = outlines.whole, outlines.sure
-    if not np.all(outlines.seen) or np.sum(sure) < max(4, _SURE * np.sum(whole)):
+    enough = max(4.0, _SURE * np.count_nonzero(whole))
+    if not outlines.seen.all() or np.count_nonzero(sure) < enough:
         return None
     if typical(outlines.ragged[sure]) > _ANGULAR or _square(outlines):
         return None
     off = outlines.centres - expected.seats
     alone = off - _smooth(pattern.closeness, off, sure)
-    odd, misfit = _pitches(expected.jacobian, np.stack([alone, off]))
+    odd, misfit = _pitches(expected.jacobian, np.array([alone, off]))
     if odd[sure].max() > _ODD or typical(odd[sure]) > _LOOSE or misfit[sure].max() > _MISFIT:
         return None
+    centres = outlines.centres
     # the edge of a shadow moves the outline of a disc: its neighbours tell better where it is
     moved = ~sure | (~outlines.even & (odd > _MOVED))
-    likely = expected.seats + _smooth(pattern.closeness, off, ~moved)
-    centres = np.where(moved[:, None], likely, outlines.centres)
+    if moved.any():
+        likely = expected.seats + _smooth(pattern.closeness, off, ~moved)
+        centres = np.where(moved[:, None], likely, centres)
     areas = np.abs(determinants(outlines.shapes) / determinants(expected.jacobian))
     return Discs(centres, 2.0 * np.sqrt(areas), whole)

@@ -31,9 +31,15 @@ def best_places(layout: IntArray, places: IntArray) -> tuple[list[IntArray], int
         places, quarter turns included unless they cover the same ones; and that number. Of very
         many positions of a large layout some are returned, two at least.
     """
+    turns = _turns(np.ascontiguousarray(layout, dtype=np.int64).tobytes())
+    # mostly what was seen is the layout itself
+    first = places.min(axis=0)
+    same = turns.get(_key(_mask(places - first)))
+    if same is not None:
+        return [same.places + first], len(layout)
     best: list[IntArray] = []
     most = 0
-    for turned in _turns(np.ascontiguousarray(layout, dtype=np.int64).tobytes()):
+    for turned in turns.values():
         covered, first = _slid(turned.mask, places)
         if covered.max() > most:
             best, most = [], int(covered.max())
@@ -57,18 +63,31 @@ class _Turned(NamedTuple):
     mask: SingleArray
 
 
+_Key = tuple[tuple[int, ...], bytes]
+
+
 @lru_cache(maxsize=64)
-def _turns(layout: bytes) -> tuple[_Turned, ...]:
+def _turns(layout: bytes) -> dict[_Key, _Turned]:
     """Return a layout in quarter turns, each set of places once; every image asks for them."""
     turned = np.frombuffer(layout, np.int64).reshape(-1, 2)
-    found: dict[tuple[tuple[int, ...], bytes], _Turned] = {}
+    found: dict[_Key, _Turned] = {}
     for _ in range(4):
         turned = turned - turned.min(axis=0)
-        mask = np.zeros(turned.max(axis=0) + 1, dtype=np.float32)
-        mask[tuple(turned.T)] = 1.0
-        found.setdefault((mask.shape, mask.tobytes()), _Turned(turned, mask))
+        mask = _mask(turned)
+        found.setdefault(_key(mask), _Turned(turned, mask))
         turned = turned @ _QUARTER.T
-    return tuple(found.values())
+    return found
+
+
+def _mask(places: IntArray) -> SingleArray:
+    """Return a map that is 1 at (n, 2) places, from (0, 0) to the last of them."""
+    mask = np.zeros(places.max(axis=0) + 1, dtype=np.float32)
+    mask[tuple(places.T)] = 1.0
+    return mask
+
+
+def _key(mask: SingleArray) -> _Key:
+    return mask.shape, mask.tobytes()
 
 
 def _slid(mask: SingleArray, places: IntArray) -> tuple[SingleArray, IntArray]:

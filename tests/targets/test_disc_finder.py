@@ -11,7 +11,7 @@ from handeye_cli.simulate.random_views import random_view
 from handeye_cli.targets import disc_outlines
 from handeye_cli.targets.disc_ladder import ladder, spots_of
 from handeye_cli.targets.disc_lattice import grow
-from handeye_cli.targets.disc_spots import Spots, find_spots, inverses, mapped_back, moments
+from handeye_cli.targets.disc_spots import Spots, _some, find_spots, mapped_back, moments
 
 VGA = Camera(640, 480, 550.0, 550.0, 316.7, 242.1, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
 BENCH = Camera(640, 480, 550.4, 550.4, 316.7, 242.1, VGA.distortion)
@@ -298,9 +298,12 @@ def test_moments_of_outlines_are_those_of_their_polygons_and_holes_turn_the_othe
         np.testing.assert_allclose(spread[k].ravel(), second, rtol=1e-6, atol=1e-6)
 
 
-def test_inverses_are_those_of_linear_algebra():
-    matrices = np.random.default_rng(2).normal(size=(5, 3, 2, 2))
-    np.testing.assert_allclose(inverses(matrices), np.linalg.inv(matrices), rtol=1e-9)
+@pytest.mark.parametrize("step", [1, 2, 3, 5, 20])
+@pytest.mark.parametrize("shape", [(60, 120), (61, 77), (2, 300)])
+def test_few_pixels_of_an_image_are_those_of_resizing(shape, step):
+    image = np.random.default_rng(3).integers(0, 256, shape, dtype=np.uint8)
+    size = tuple(max(1, side // step) for side in shape)
+    np.testing.assert_array_equal(_some(image, step), cv2.resize(image, size[::-1]))
 
 
 def test_vectors_are_mapped_back_as_by_solving():
@@ -371,8 +374,9 @@ def test_discs_are_measured_alike_however_many_they_are():
         )
         for count in (1, 2048)
     )
-    np.testing.assert_allclose(many.centres, np.tile(few.centres, (2048, 1)), rtol=1e-9)
-    np.testing.assert_allclose(many.shapes, np.tile(few.shapes, (2048, 1, 1)), rtol=1e-9)
+    # sums in single precision depend on their order
+    np.testing.assert_allclose(many.centres, np.tile(few.centres, (2048, 1)), rtol=1e-7)
+    np.testing.assert_allclose(many.shapes, np.tile(few.shapes, (2048, 1, 1)), rtol=1e-7)
     assert np.all(many.sure)
 
 
@@ -385,8 +389,9 @@ def test_an_empty_place_is_no_disc():
     assert seen.seen.tolist() == [False, True, False]
 
 
+@pytest.mark.parametrize("clutter", [30, 90], ids=["few", "many"])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_lattice_grows_through_perspective_and_strays(seed):
+def test_a_lattice_grows_through_perspective_and_strays(seed, clutter):
     rng = np.random.default_rng(seed)
     row, column = np.divmod(np.arange(48), 8)
     places = np.stack([column, row], axis=1)
@@ -396,11 +401,11 @@ def test_a_lattice_grows_through_perspective_and_strays(seed):
     shapes = np.stack(
         [(project(H, places + step) - pixels) / eps for step in eps * np.eye(2)], axis=2
     )
-    strays = rng.uniform(pixels.min(axis=0) - 60, pixels.max(axis=0) + 60, (30, 2))
-    order = rng.permutation(78)
+    strays = rng.uniform(pixels.min(axis=0) - 60, pixels.max(axis=0) + 60, (clutter, 2))
+    order = rng.permutation(48 + clutter)
     spots = Spots(
         np.concatenate([pixels + rng.normal(0, 0.2, pixels.shape), strays])[order],
-        np.concatenate([0.4 * shapes, 0.4 * shapes[:30]])[order],
+        0.4 * shapes[np.arange(48 + clutter) % 48][order],
     )
     cells = next(grow(spots, 2.5, 1.0))
     found = {int(order[k]): place for k, place in zip(cells.members, cells.places, strict=True)}

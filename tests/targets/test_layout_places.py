@@ -29,6 +29,20 @@ def test_the_places_are_those_found_by_trying_all(seed):
         assert np.linalg.det(axes) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("quarter", range(4))
+def test_a_layout_that_was_seen_whole_has_one_position(quarter):
+    layout = np.array([[0, 0], [1, 0], [2, 0], [0, 1]])
+    turned = layout @ np.linalg.matrix_power([[0, 1], [-1, 0]], quarter) + [-4, 7]
+    seen = np.random.default_rng(quarter).permutation(turned)
+    (found,), most = best_places(layout, seen)
+    assert most == 4
+    np.testing.assert_array_equal(found, turned)
+    # one more place beside it, and it is sought there as well
+    (found,), most = best_places(layout, np.concatenate([seen, [[3, 3]]]))
+    assert most == 4
+    np.testing.assert_array_equal(found, turned)
+
+
 def test_a_large_layout_on_few_places_is_told_by_some_of_its_positions():
     layout = np.argwhere(np.ones((70, 60), dtype=bool))
     seen = np.array([[5, 5], [6, 5], [6, 6], [7, 8]])
