@@ -14,23 +14,16 @@ def determinants(matrices: FloatArray) -> FloatArray:
     return np.asarray(product - matrices[..., 0, 1] * matrices[..., 1, 0])
 
 
-def inverses(matrices: FloatArray) -> FloatArray:
-    """Return the inverses of (..., 2, 2) matrices."""
-    inverse = np.empty(matrices.shape)
-    inverse[..., 0, 0], inverse[..., 1, 1] = matrices[..., 1, 1], matrices[..., 0, 0]
-    inverse[..., 0, 1], inverse[..., 1, 0] = -matrices[..., 0, 1], -matrices[..., 1, 0]
-    inverse /= determinants(matrices)[..., None, None]
-    return inverse
-
-
 def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return the (..., 2) vectors that (..., 2, 2) matrices map to the given ones.
 
     By Cramer's rule.
     """
     x, y = vectors[..., 0], vectors[..., 1]
-    solved = np.empty(np.broadcast_shapes(matrices.shape[:-1], vectors.shape))
-    solved[..., 0] = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
-    solved[..., 1] = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
-    solved /= determinants(matrices)[..., None]
+    first = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
+    second = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
+    determinant = determinants(matrices)
+    solved = np.empty((*first.shape, 2))
+    np.divide(first, determinant, out=solved[..., 0])
+    np.divide(second, determinant, out=solved[..., 1])
     return solved

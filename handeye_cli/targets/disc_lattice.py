@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from handeye_cli.geometry.two_by_two import determinants
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants
+from handeye_cli.targets.disc_spots import BoolArray, Spots
 from handeye_cli.targets.lattice_plane import agreed_plane, nearest_plane
 from handeye_cli.targets.lattice_walk import joined_parts
 

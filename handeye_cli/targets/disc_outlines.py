@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli.geometry.two_by_two import determinants, mapped_back
 from handeye_cli.records import FloatArray, GreyImage
-from handeye_cli.targets.disc_spots import BoolArray, determinants, mapped_back
+from handeye_cli.targets.disc_spots import BoolArray
 
 _RAYS = 16
 _SAMPLES = 10

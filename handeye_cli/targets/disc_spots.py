@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from handeye_cli.geometry.two_by_two import determinants
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 
 BoolArray = NDArray[np.bool_]
@@ -81,27 +82,6 @@ def find_spots(image: GreyImage, window: int, depth: float, *, enlarged: float =
     shapes = _ellipses(spread, 0.5 + _CUT * depth * enlarged)
     chosen = _elliptic(area, spread) & _inside(centres, shapes, image.shape)
     return Spots(centres[chosen], shapes[chosen])
-
-
-def determinants(matrices: FloatArray) -> FloatArray:
-    """Return the (...) determinants of (..., 2, 2) matrices, faster than by factorising them."""
-    product = matrices[..., 0, 0] * matrices[..., 1, 1]
-    return np.asarray(product - matrices[..., 0, 1] * matrices[..., 1, 0])
-
-
-def mapped_back(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return the (..., 2) vectors that (..., 2, 2) matrices map to the given ones.
-
-    By Cramer's rule, which takes a tenth of the time of factorising each matrix.
-    """
-    x, y = vectors[..., 0], vectors[..., 1]
-    first = matrices[..., 1, 1] * x - matrices[..., 0, 1] * y
-    second = matrices[..., 0, 0] * y - matrices[..., 1, 0] * x
-    determinant = determinants(matrices)
-    solved = np.empty((*first.shape, 2))
-    np.divide(first, determinant, out=solved[..., 0])
-    np.divide(second, determinant, out=solved[..., 1])
-    return solved
 
 
 def _dark(image: GreyImage, window: int, depth: float) -> GreyImage:

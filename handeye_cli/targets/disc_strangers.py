@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from handeye_cli.geometry.light_slopes import typical
+from handeye_cli.geometry.two_by_two import determinants, mapped_back
 from handeye_cli.records import FloatArray, IntArray
-from handeye_cli.targets.disc_spots import Spots, determinants, mapped_back
+from handeye_cli.targets.disc_spots import Spots
 
 _ALIKE = (0.8, 1.25)
 """Width of a stranger over that of the layout's own discs."""

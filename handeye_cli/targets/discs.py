@@ -16,13 +16,14 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from handeye_cli.geometry.light_slopes import typical
+from handeye_cli.geometry.two_by_two import determinants, mapped_back
 from handeye_cli.records import FloatArray, GreyImage, IntArray
 from handeye_cli.targets import disc_outlines, disc_reasons
 from handeye_cli.targets.board import Detection
 from handeye_cli.targets.disc_ladder import Step, ladder, spots_of
 from handeye_cli.targets.disc_lattice import Cells, grow
 from handeye_cli.targets.disc_outlines import Outlines
-from handeye_cli.targets.disc_spots import BoolArray, Spots, determinants, mapped_back
+from handeye_cli.targets.disc_spots import BoolArray, Spots
 from handeye_cli.targets.disc_strangers import Strangers, strangers
 from handeye_cli.targets.layout_places import best_places
 

@@ -11,7 +11,7 @@ from handeye_cli.simulate.random_views import random_view
 from handeye_cli.targets import disc_outlines
 from handeye_cli.targets.disc_ladder import ladder, spots_of
 from handeye_cli.targets.disc_lattice import grow
-from handeye_cli.targets.disc_spots import Spots, _some, find_spots, mapped_back, moments
+from handeye_cli.targets.disc_spots import Spots, _some, find_spots, moments
 
 VGA = Camera(640, 480, 550.0, 550.0, 316.7, 242.1, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
 BENCH = Camera(640, 480, 550.4, 550.4, 316.7, 242.1, VGA.distortion)
@@ -304,13 +304,6 @@ def test_few_pixels_of_an_image_are_those_of_resizing(shape, step):
     image = np.random.default_rng(3).integers(0, 256, shape, dtype=np.uint8)
     size = tuple(max(1, side // step) for side in shape)
     np.testing.assert_array_equal(_some(image, step), cv2.resize(image, size[::-1]))
-
-
-def test_vectors_are_mapped_back_as_by_solving():
-    rng = np.random.default_rng(1)
-    matrices, vectors = rng.normal(size=(7, 1, 2, 2)), rng.normal(size=(7, 3, 2))
-    solved = np.linalg.solve(matrices, vectors[..., None])[..., 0]
-    np.testing.assert_allclose(mapped_back(matrices, vectors), solved, rtol=1e-9)
 
 
 def ellipse_picture(centre, axes, angle):
