@@ -315,6 +315,29 @@ def test_discs_that_the_edge_of_a_shadow_crosses_reach_the_bound(distance, shado
     assert np.median(fit.contrast[lit]) == pytest.approx(170.0, rel=0.15)
 
 
+@pytest.mark.parametrize(
+    ("distance", "shadow_px", "shadow"),
+    [(0.065, 0.5, 0.3), (0.065, 2.0, 0.55), (0.1, 1.0, 0.5), (0.13, 1.5, 0.4)],
+)
+def test_very_sharp_shadows_over_few_discs_reach_the_bound(distance, shadow_px, shadow):
+    """What they cross has the largest residuals of all, and alone tells where the edge is."""
+    rng = np.random.default_rng([71, int(1e3 * distance)])
+    scenery = Scenery(shadow=shadow, shadow_px=shadow_px, shadow_angle=rng.uniform(0, 6))
+    errors, bounds, squares = [], [], []
+    for _ in range(3):
+        view = View.at(rng, 25.0, distance)
+        light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=LIGHT)
+        light *= shade(CAMERA, scenery, view.truth.mean(axis=0))
+        fit = view.fit(rng, expose(light, 2.0, rng))
+        error = fit.pixels - view.truth
+        errors.append(error)
+        bounds.append(view.bound(scenery=scenery, noise=2.0))
+        squares.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(fit.covariance), error))
+    ratios = np.sqrt(np.mean(np.square(errors), axis=(1, 2))) / bounds
+    assert np.max(ratios) < 1.5
+    assert 1.2**-2 < np.mean(squares) / 2.0 < 0.8**-2
+
+
 def test_a_sharp_shadow_beside_some_clipped_light_reaches_the_bound():
     """Some paper is white, which does not hide what the shadow does elsewhere."""
     rng = np.random.default_rng(67)
