@@ -352,3 +352,25 @@ def test_a_sharp_shadow_beside_some_clipped_light_reaches_the_bound():
         assert 0.0005 < np.mean(picture == 255) < 0.1
         errors.append(view.fit(rng, picture).pixels - view.truth)
     assert np.sqrt(np.mean(np.square(errors))) / bound < 1.5
+
+
+@pytest.mark.parametrize(("paper", "shadow_px"), [(290.0, 1.0), (320.0, 5.0)])
+def test_a_very_sharp_shadow_on_white_paper_costs_little(paper, shadow_px):
+    """Paper is white but for the shadow. The bound takes the light for known, which costs up to
+    1.8 where paper is white and there is no shadow.
+    """
+    rng = np.random.default_rng([73, int(paper)])
+    scenery = Scenery(shadow=0.4, shadow_px=shadow_px, shadow_angle=0.6)
+    look = Appearance(gradient=(0.2, 0.1), paper=paper)
+    errors, bounds, squares = [], [], []
+    for _ in range(3):
+        view = View.at(rng, 20.0, 0.065)
+        light = paint_target(CAMERA, view.pose, Drawing(DISCS), appearance=look)
+        light *= shade(CAMERA, scenery, view.truth.mean(axis=0))
+        fit = view.fit(rng, expose(light, 2.0, rng))
+        error = fit.pixels - view.truth
+        errors.append(error)
+        bounds.append(view.bound(scenery=scenery, paper=paper, noise=2.0))
+        squares.append(np.einsum("ni,nij,nj->n", error, np.linalg.inv(fit.covariance), error))
+    assert np.max(np.sqrt(np.mean(np.square(errors), axis=(1, 2))) / bounds) < 2.0
+    assert 1.25**-2 < np.mean(squares) / 2.0 < 0.8**-2
