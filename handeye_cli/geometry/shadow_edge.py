@@ -47,7 +47,7 @@ _BEGINNING = 0.15
 it."""
 _REACH = 3.0
 """How many pitches an edge is long to both sides."""
-_STILL = 0.15
+_STILL = 0.25
 """By how much of its width an edge may move, and as much besides, for the next step to be small."""
 _SOFTEST = 1.05
 """Width of an edge, in pitches, from which on the light is smooth within a disc as it is."""

@@ -48,11 +48,11 @@ _ENOUGH = 100
 """Pixels of a disc that are enough for a first step."""
 _MOST_STEPS = 10
 _DAMPING, _TINY = 1e-3, 1e-9
-"""Of the steps of the shadow's edge."""
+"""Steps of the shadow's edge at most, on some pixels and on all; and of these steps."""
 _SLACK = 0.006
 """What a shadow's edge may miss of the change of the light over a pitch, in levels."""
 _MISSED = 9.0
-"""Mean square residuals over the typical ones up to which a disc counts, and for as much beyond."""
+"""Mean square residuals over the typical ones up to which a disc counts, and beyond for no more."""
 _NO_WORSE = 1.03
 """Mean square residual over that without the edge, from pixels that need not be the same."""
 _MOST_CLIPPED = 0.4
@@ -151,8 +151,7 @@ def settled_in_shadow(
         believed: (n, m) weights of the pixels by their residuals, if some are not to be believed.
 
     Returns:
-        What is known with the edge; None if there is none, the light needs none within the discs,
-        or it does not explain the pixels better.
+        What is known with the edge; None if there is none that is sharp and explains the pixels.
     """
     if shadow is None or not shadow.sharp:
         return None
@@ -161,23 +160,23 @@ def settled_in_shadow(
     begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
     places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
     step = max(edges.grey.shape[1] // _ENOUGH, 1)
+    roughly, known = (_Known(prior, shadow, each) for each in (SPREADS_AT_FIRST, SPREADS))
     stand = _Stand(replace(first, state=begun), shadow.softened, edges.grey)
-    known = _Known(prior, shadow, SPREADS_AT_FIRST)
-    stand = _settled(edges.every(step), places[..., ::step], stand, known)
-    known = replace(known, spreads=SPREADS)
+    stand = _settled(edges.every(step), places[..., ::step], stand, roughly)
     stand = _settled(edges, places, stand, known)
     if believed is not None:
         weight = believed(stand.residuals, stand.discs)
         edges = replace(edges, weight=weight, grey=edges.grey * weight)
     if believed is not None or edges.clipped:
         stand = _stepped(edges, places, stand, known)
-    worse = _missed(stand.discs.relative, first) > _NO_WORSE * _missed(first.relative, first)
-    return None if worse else _as_seen(stand, surface)
+    return _as_seen(stand, surface) if _explained(stand.discs, first) else None
 
 
-def _missed(relative: FloatArray, first: Progress) -> float:
-    """Return the mean square residual of (n,) discs, of which none counts for very much."""
-    return float(np.mean(np.minimum(relative, _MISSED * typical(first.relative))))
+def _explained(discs: Progress, first: Progress) -> bool:
+    """Return whether residuals are no worse than without the edge, no disc counting for much."""
+    most = _MISSED * typical(first.relative)
+    here, before = (np.mean(np.minimum(each.relative, most)) for each in (discs, first))
+    return bool(here <= _NO_WORSE * before)
 
 
 def _begun(state: FloatArray, times: SingleArray, prior: Prior) -> FloatArray:

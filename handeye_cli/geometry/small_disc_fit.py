@@ -75,10 +75,9 @@ def settled_small(
         near = _without(near, discs.without(strange))
         trusted = _trusted(near, discs, last)
         prior = _alike(surface.prior(last, trusted), last)
-        after = settled(near, last.state, conics.by_shift, math.sqrt(last.variance), prior)
-        still = after.variance > _STILL * last.variance
-        last = after
-        if still and _all_told(whole, strange, last):
+        variance = last.variance
+        last = settled(near, last.state, conics.by_shift, math.sqrt(variance), prior)
+        if last.variance > _STILL * variance and _all_told(whole, strange, last):
             break
         near = whole = _linear(discs, last.state)
     if not prior.bent:
