@@ -47,8 +47,9 @@ _BEGINNING = 0.15
 it."""
 _REACH = 3.0
 """How many pitches an edge is long to both sides."""
-_STILL = 0.25
-"""By how much of its width an edge may move, and as much besides, for the next step to be small."""
+_STILL = 0.15
+"""By how much of its width an edge may move, and as much besides, for the next step to be small.
+More would do on paper that is not white, where steps come to rest slowly."""
 _SOFTEST = 1.05
 """Width of an edge, in pitches, from which on the light is smooth within a disc as it is."""
 _SHALLOWEST = 0.03

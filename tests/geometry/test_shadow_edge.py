@@ -95,10 +95,10 @@ def test_an_edge_rests_when_it_moves_by_a_small_share_of_its_width():
     here = edge(width=0.1)
     assert here.rests_since(here)
     assert edge(width=0.1, offset=0.21).rests_since(here)
-    assert not edge(width=0.1, offset=0.23).rests_since(here)
+    assert not edge(width=0.1, offset=0.22).rests_since(here)
     assert edge(width=1.0, offset=0.3).rests_since(edge(width=1.0))
     assert not edge(width=0.1, direction=0.71).rests_since(here)
-    assert not edge(width=0.13).rests_since(here)
+    assert not edge(width=0.12).rests_since(here)
 
 
 def test_an_edge_may_be_too_sharp_to_begin_with():
