@@ -7,7 +7,7 @@ free within limits, as penumbras differ (two terms of a Gram-Charlier series).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, TypeVar
 
@@ -27,20 +27,36 @@ _ORDERS = (3, 5)
 _SIMPLE = 4
 PARAMETERS = _SIMPLE + len(_ORDERS)
 """Of an edge: direction, offset and logarithm of the width in pitches, depth; then moments."""
-SPREADS = np.array([np.inf] * _SIMPLE + [0.03, 0.01])
-"""Standard deviations of the parameters about 0, as far as they are known."""
-_LEAST = np.array([-np.inf, -np.inf, -3.0, 0.01, *[-0.1] * len(_ORDERS)])
+SPREADS = np.array([np.inf, np.inf, np.inf, 0.03, 0.03, 0.01])
+SPREADS_AT_FIRST = np.array([np.inf, np.inf, np.inf, 0.03, 1e-3, 1e-3])
+"""Standard deviations of the parameters about those that levels show, as far as these are known. At
+first, as the edge is not yet where it is, its moments are not asked for."""
+_LEAST = np.array([-np.inf, -np.inf, -5.0, 0.01, *[-0.1] * len(_ORDERS)])
 _MOST = np.array([np.inf, np.inf, 1.5, 0.95, *[0.1] * len(_ORDERS)])
 """Limits of the parameters: never full darkness, and always an edge."""
 _DARKEST = 0.02
 """Least share of the light that is left anywhere."""
 _LARGEST_STEP = np.array([0.2, 0.3, 0.4, 0.1, *[0.05] * len(_ORDERS)])
 _EVEN = np.zeros(len(_ORDERS))
-_DIRECTIONS = 2.0 * np.pi * np.arange(12) / 12
-_OFFSETS = np.linspace(-0.6, 0.6, 7)
-_WIDTHS = np.array([0.2, 0.6, 1.8])
-_GRID = np.reshape(np.meshgrid(_DIRECTIONS, _OFFSETS, _WIDTHS), (3, -1))
-"""Edges to begin with: radians, shares of the plate's half extent, pitches."""
+_ROUGHLY = np.reshape(
+    np.meshgrid(2.0 * np.pi * np.arange(12) / 12, np.linspace(-0.6, 0.6, 7), [0.2, 0.6, 1.8]),
+    (3, -1),
+)
+_FINELY = np.reshape(
+    np.meshgrid(2.0 * np.pi * np.arange(36) / 36, np.linspace(-0.9, 0.9, 25), [0.2]), (3, -1)
+)
+"""Edges to begin with: radians, shares of the plate's half extent, pitches. A sharp edge is seen by
+few levels, and one that is half a pitch away explains less of them than a soft one elsewhere."""
+_EXPLAINED = 3.0
+"""Mean square residual of levels, over their variance, above which other edges are tried."""
+_BEGINNING = 0.15
+"""Least width in pitches to begin with: discs that a sharper edge does not yet cross do not call
+it."""
+_REACH = 3.0
+"""How many pitches an edge is long to both sides."""
+_STILL = 0.15
+"""By how much of its width an edge may move, and as much besides, for the next step to be small.
+More would do on paper that is not white, where steps come to rest slowly."""
 _SOFTEST = 1.05
 """Width of an edge, in pitches, from which on the light is smooth within a disc as it is."""
 _SHALLOWEST = 0.03
@@ -74,6 +90,19 @@ class ShadowEdge:
         step = np.minimum(np.maximum(step, -_LARGEST_STEP), _LARGEST_STEP)
         parameters = np.minimum(np.maximum(self.parameters + step, _LEAST), _MOST)
         return ShadowEdge(self.middle, self.pitch, parameters)
+
+    def rests_since(self, before: ShadowEdge) -> bool:
+        """Return whether next to nothing is left to another step after the one from there."""
+        width = math.exp(self.parameters[2])
+        noticed = [_REACH / width, 1.0 / width, *[1.0] * (PARAMETERS - 2)]
+        return bool(np.max(np.abs(self.parameters - before.parameters) * noticed) < _STILL)
+
+    @property
+    def softened(self) -> ShadowEdge:
+        """The edge with a width from which steps to sharper ones lead."""
+        parameters = self.parameters.copy()
+        parameters[2] = max(parameters[2], math.log(_BEGINNING))
+        return replace(self, parameters=parameters)
 
     @property
     def sharp(self) -> bool:
@@ -227,28 +256,47 @@ def edge_in(light: Light, pitch: float) -> ShadowEdge | None:
         return None
     middle = light.places.mean(axis=0)
     extent = float(np.max(np.abs(light.places - middle)))
-    x, y = places = (light.places - middle).T / extent
-    root = (light.variance + (_UNEVEN * typical(light.level)) ** 2) ** -0.5
-    terms = np.array([np.ones_like(x), x, y])
-    weighted, level = terms * root, root * light.level
+    places = (light.places - middle).T / extent
+    weight = 1.0 / (light.variance + (_UNEVEN * typical(light.level)) ** 2)
+    terms = np.concatenate([np.ones_like(places[:1]), places])
+    even = ShadowEdge(middle, pitch, np.zeros(PARAMETERS))
+    levels = _LevelsInShadow(light.level, weight, terms, light.places.T, np.zeros(3), even)
+    best: _LevelsInShadow | None = None
+    for tried in (_ROUGHLY, _FINELY):
+        start = _begun(levels, _steps(places, pitch / extent, tried), extent / pitch)
+        if start is None:
+            break
+        found = descended(start, most=_STEPS, enough=_ENOUGH)
+        best = found if best is None or found.cost < best.cost else best
+        if best.cost < _EXPLAINED * len(light.level):
+            break
+    return best.edge if best is not None and best.edge.between(light.places) else None
+
+
+def _begun(levels: _LevelsInShadow, steps: _Steps, pitches: float) -> _LevelsInShadow | None:
+    """Return levels with the step that explains them best, None where a plane does as well.
+
+    Args:
+        levels: The levels.
+        steps: Steps of the light.
+        pitches: In the plate's half extent.
+    """
+    root = np.sqrt(levels.weight)
+    weighted, level = levels.terms * root, root * levels.level
     # what planes leave of things is their part beside them
-    beside = np.eye(len(x)) - weighted.T @ np.linalg.solve(weighted @ weighted.T, weighted)
+    beside = np.eye(len(level)) - weighted.T @ np.linalg.solve(weighted @ weighted.T, weighted)
     left = beside @ level
-    if left @ left < len(x):
+    if left @ left < len(level):
         return None
-    steps = _steps(places, pitch / extent)
-    chosen = _best_of(root * steps.taken, beside, left, -_SHALLOWEST * typical(light.level))
+    chosen = _best_of(root * steps.taken, beside, left, -_SHALLOWEST * typical(levels.level))
     if chosen is None:
         return None
     direction, offset, width = steps.parameters[:, chosen]
     basis = np.concatenate([weighted, root * steps.taken[chosen, None]])
     factors = np.linalg.solve(basis @ basis.T, basis @ level)
-    pitches = extent / pitch
     parameters = [direction, offset * pitches, math.log(width * pitches), -factors[-1] / factors[0]]
-    edge = ShadowEdge(middle, pitch, np.array([*parameters, *_EVEN])).moved(np.zeros(PARAMETERS))
-    start = _LevelsInShadow(light.level, root**2, terms, light.places.T, factors[:-1], edge)
-    edge = descended(start, most=_STEPS, enough=_ENOUGH).edge
-    return edge if edge.between(light.places) else None
+    edge = replace(levels.edge, parameters=np.array([*parameters, *_EVEN]))
+    return replace(levels, plane=factors[:-1], edge=edge.moved(np.zeros(PARAMETERS)))
 
 
 class _Steps(NamedTuple):
@@ -263,9 +311,15 @@ class _Steps(NamedTuple):
     taken: SingleArray
 
 
-def _steps(places: FloatArray, pitch: float) -> _Steps:
-    """Return steps of the light at (2, n) places in units of the plate's half extent."""
-    direction, offset, width = _GRID
+def _steps(places: FloatArray, pitch: float, tried: FloatArray) -> _Steps:
+    """Return steps of the light at (2, n) places in units of the plate's half extent.
+
+    Args:
+        places: Where.
+        pitch: In these units.
+        tried: (3, c) directions, offsets in these units, and widths in pitches.
+    """
+    direction, offset, width = tried
     width = width * pitch
     across = np.array([np.cos(direction) / width, np.sin(direction) / width]).T @ places
     across -= (offset / width)[:, None]

@@ -21,6 +21,7 @@ from handeye_cli.geometry.disc_steps import (
     GROWTH,
     INK,
     KEPT,
+    LEAST_VARIANCE,
     LIGHT,
     Prior,
     Progress,
@@ -36,17 +37,28 @@ from handeye_cli.geometry.disc_steps import (
 )
 from handeye_cli.geometry.light_slopes import POWERS, typical
 from handeye_cli.geometry.sensor_limits import held_within
-from handeye_cli.geometry.shadow_edge import PARAMETERS, SPREADS, ShadowEdge, edge_in
+from handeye_cli.geometry.shadow_edge import (
+    PARAMETERS,
+    SPREADS,
+    SPREADS_AT_FIRST,
+    ShadowEdge,
+    edge_in,
+)
 
 _ENOUGH = 100
 """Pixels of a disc that are enough for a first step."""
+_MOST_STEPS = 10
 _DAMPING, _TINY = 1e-3, 1e-9
-"""Of the steps of the shadow's edge."""
+"""Steps of the shadow's edge at most, on some pixels and on all; and of these steps."""
 _SLACK = 0.006
 """What a shadow's edge may miss of the change of the light over a pitch, in levels."""
-
-_MOST_CLIPPED = 0.1
-"""Share of the pixels at the limits of the sensor with which levels still tell of shadows."""
+_MISSED = 9.0
+"""Mean square residuals over the typical ones up to which a disc counts, and beyond for no more."""
+_NO_WORSE = 1.03
+"""Mean square residual over that without the edge, from pixels that need not be the same."""
+_MOST_CLIPPED = 0.4
+"""Share of the pixels at the limits of the sensor with which levels still tell of shadows: nearly
+half of all see paper."""
 
 Shared = Callable[[Prior, Progress], Prior]
 Believed = Callable[[SingleArray, Progress], SingleArray]
@@ -75,6 +87,21 @@ class Before:
         level = _SLACK * typical(unshaded[:, LIGHT])
         prior = self.shared(prior, self.discs)
         return _loosened(prior, self.discs.variance, (level, self.surface.pitch))
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known beforehand.
+
+    Attributes:
+        discs: Of the discs in full light.
+        shadow: The shadow's edge as levels show it.
+        spreads: (6,) standard deviations of its parameters.
+    """
+
+    discs: Prior
+    shadow: ShadowEdge
+    spreads: FloatArray
 
 
 @dataclass(frozen=True)
@@ -125,25 +152,32 @@ def settled_in_shadow(
         believed: (n, m) weights of the pixels by their residuals, if some are not to be believed.
 
     Returns:
-        What is known with the edge; None if there is none, the light needs none within the discs,
-        or it does not explain the pixels better.
+        What is known with the edge; None if there is none that is sharp and explains the pixels.
     """
     if shadow is None or not shadow.sharp:
         return None
-    first, surface, trusted = before.discs, before.surface, before.trusted
+    first, surface = before.discs, before.surface
     prior = before.prior_under(shadow)
     begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
     places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
     step = max(edges.grey.shape[1] // _ENOUGH, 1)
-    stand = _Stand(replace(first, state=begun), shadow, edges.grey)
-    stand = _stepped(edges.every(step), places[..., ::step], stand, prior, trusted)
-    stand = _stepped(edges, places, stand, prior, trusted)
+    roughly, known = (_Known(prior, shadow, each) for each in (SPREADS_AT_FIRST, SPREADS))
+    stand = _Stand(replace(first, state=begun), shadow.softened, edges.grey)
+    stand = _settled(edges.every(step), places[..., ::step], stand, roughly)
+    stand = _settled(edges, places, stand, known)
     if believed is not None:
         weight = believed(stand.residuals, stand.discs)
         edges = replace(edges, weight=weight, grey=edges.grey * weight)
     if believed is not None or edges.clipped:
-        stand = _stepped(edges, places, stand, prior, trusted)
-    return None if stand.discs.variance > first.variance else _as_seen(stand, surface)
+        stand = _stepped(edges, places, stand, known)
+    return _as_seen(stand, surface) if _explained(stand.discs, first) else None
+
+
+def _explained(discs: Progress, first: Progress) -> bool:
+    """Return whether residuals are no worse than without the edge, no disc counting for much."""
+    most = _MISSED * typical(first.relative)
+    here, before = (np.mean(np.minimum(each.relative, most)) for each in (discs, first))
+    return bool(here <= _NO_WORSE * before)
 
 
 def _begun(state: FloatArray, times: SingleArray, prior: Prior) -> FloatArray:
@@ -159,9 +193,16 @@ def _as_seen(stand: _Stand, surface: Surface) -> Progress:
     return replace(stand.discs, state=_brighter(stand.discs.state, left))
 
 
-def _stepped(
-    edges: Edges, places: SingleArray, stand: _Stand, prior: Prior, trusted: BoolArray
-) -> _Stand:
+def _settled(edges: Edges, places: SingleArray, stand: _Stand, known: _Known) -> _Stand:
+    """Return discs and shadow after steps until the shadow rests."""
+    for _ in range(_MOST_STEPS):
+        before, stand = stand, _stepped(edges, places, stand, known)
+        if stand.shadow.rests_since(before.shadow):
+            break
+    return stand
+
+
+def _stepped(edges: Edges, places: SingleArray, stand: _Stand, known: _Known) -> _Stand:
     """Return discs and shadow after a step.
 
     The normal equations are those of the discs, one by one, bordered by the shadow's. What the
@@ -175,17 +216,18 @@ def _stepped(
     own, right = normal[:, PARAMETERS:, PARAMETERS:], wanted[:, PARAMETERS:]
     if edges.clipped:
         own, right = held_within(own, right, state, (LIGHT, INK), noise)
-    own, right = with_prior(own, right, state, prior)
+    own, right = with_prior(own, right, state, known.discs)
     both = normal[:, PARAMETERS:, :PARAMETERS]
     kept = np.broadcast_to(kept_columns(state.shape[1]), (*state.shape, len(KEPT)))
     solved = np.linalg.solve(own, np.concatenate([both, right[..., None], kept], axis=2))
     by_shadow, alone = solved[..., :PARAMETERS], solved[..., PARAMETERS]
     border = normal[:, :PARAMETERS, :PARAMETERS] - np.swapaxes(both, 1, 2) @ by_shadow
     due = wanted[:, :PARAMETERS] - np.sum(both * alone[..., None], axis=1)
-    precision = stand.discs.variance / SPREADS**2
-    inverse = _inverse(border[trusted].sum(axis=0) + np.diag(precision))
-    off = np.where(np.isfinite(SPREADS), shadow.parameters, 0.0)
-    moved = shadow.moved(inverse @ (due[trusted].sum(axis=0) - off * precision))
+    precision = stand.discs.variance / known.spreads**2
+    weight = _believed(squares / np.maximum(count, 1.0))
+    inverse = _inverse(np.einsum("n,nij->ij", weight, border) + np.diag(precision))
+    off = shadow.parameters - known.shadow.parameters
+    moved = shadow.moved(inverse @ (weight @ due - off * precision))
     turn = moved.parameters - shadow.parameters
     step = limited(alone - by_shadow @ turn)
     spread = solved[..., PARAMETERS + 1 :]
@@ -193,6 +235,12 @@ def _stepped(
     change = np.concatenate([np.broadcast_to(turn, (len(step), PARAMETERS)), step], axis=1)
     squares = foretold(squares, normal, wanted, change)
     return _Stand(Progress(advanced(state, step), spread, squares, count), moved, rows[-1])
+
+
+def _believed(relative: FloatArray) -> FloatArray:
+    """Return the (n,) weights of discs by their mean square residuals, 1 but for those stained."""
+    most = max(_MISSED * typical(relative), LEAST_VARIANCE)
+    return np.asarray(most / np.maximum(relative, most))
 
 
 def _rows(edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEdge) -> SingleArray:

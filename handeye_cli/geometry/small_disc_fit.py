@@ -20,6 +20,7 @@ from handeye_cli.geometry.disc_steps import (
     BLUR,
     INK,
     LEAST_VARIANCE,
+    LIGHT,
     Prior,
     Progress,
     linearised,
@@ -31,10 +32,18 @@ from handeye_cli.geometry.small_discs import SmallDiscs
 
 _SPREAD_AT_FIRST, _SPREAD = (0.05, 0.2, 0.1), (0.01, 0.05, 0.02)
 """By how much growth, blur (as a share of it) and ink may differ among discs."""
-_ROUNDS, _STILL = 4, 0.97
+_ROUNDS, _STILL = 5, 0.97
 """Rounds at most; a last one makes the noise that is left hardly less than this many times."""
 _STRANGE = 4.0
 """Residual over the noise of a pixel that sees something else."""
+_ASTRAY = 0.3
+"""How far the edges of some discs may be from where they are at first, in pixels; half as far after
+each round. Pixels at the end of the plate lead the discs next to it astray, and as long as they do
+the good pixels of these look strange too."""
+_BY_CHANCE = 1e-3
+"""Share of the pixels that look strange and need not be."""
+_STEEPEST = 1.0 / math.sqrt(2.0 * math.pi)
+"""Change of a blurred edge over a blur, in contrasts."""
 _WHOLE = 0.95
 """Share of a disc's pixels that see what they should, from which on its light can be trusted."""
 _FEWEST = 9
@@ -56,19 +65,19 @@ def settled_small(
     prior = alike(surface.prior(first, first.sound), state, first.variance, _SPREAD_AT_FIRST)
 
     def believed(residuals: SingleArray, last: Progress) -> SingleArray:
-        return discs.without(_strange(residuals, last)).weight
+        return discs.without(_strange(residuals, last, 0.0)).weight
 
     near = _linear(discs.roughly(), state)
     last = settled(near, state, conics.by_shift, math.sqrt(first.variance), prior)
     near = whole = _linear(discs, last.state)
-    for _ in range(_ROUNDS):
-        near = _without(near, discs.without(_strange(linearised(near, last.state)[-1], last)))
+    for k in range(_ROUNDS):
+        strange = _strange(linearised(near, last.state)[-1], last, _ASTRAY * 0.5**k)
+        near = _without(near, discs.without(strange))
         trusted = _trusted(near, discs, last)
         prior = _alike(surface.prior(last, trusted), last)
-        after = settled(near, last.state, conics.by_shift, math.sqrt(last.variance), prior)
-        still = after.variance > _STILL * last.variance
-        last = after
-        if still:
+        variance = last.variance
+        last = settled(near, last.state, conics.by_shift, math.sqrt(variance), prior)
+        if last.variance > _STILL * variance and _all_told(whole, strange, last):
             break
         near = whole = _linear(discs, last.state)
     if not prior.bent:
@@ -80,6 +89,12 @@ def settled_small(
         whole, conics.origin, last.state, before, shadow, believed=believed
     )
     return last if shadowed is None else shadowed
+
+
+def _all_told(whole: LinearEdges, strange: BoolArray, last: Progress) -> bool:
+    """Return whether hardly a pixel is strange besides, now that discs are where they are."""
+    besides = _strange(linearised(whole, last.state)[-1], last, 0.0) & ~strange
+    return bool(np.sum(besides) < _BY_CHANCE * np.sum(whole.count))
 
 
 def _alike(prior: Prior, last: Progress) -> Prior:
@@ -97,10 +112,18 @@ def _without(near: LinearEdges, some: SmallDiscs) -> LinearEdges:
     return replace(near, weight=some.weight, grey=some.grey, at_limits=some.at_limits)
 
 
-def _strange(residuals: SingleArray, last: Progress) -> BoolArray:
-    """Return the (n, m) pixels that see neither discs nor paper, by their residuals."""
-    noise = math.sqrt(max(typical(last.relative), LEAST_VARIANCE))
-    return np.asarray(np.abs(residuals) > _STRANGE * noise)
+def _strange(residuals: SingleArray, last: Progress, astray: float) -> BoolArray:
+    """Return the (n, m) pixels that see neither discs nor paper, by their residuals.
+
+    Args:
+        residuals: (n, m) of the pixels.
+        last: What is known of the discs.
+        astray: How far edges may be from where they are, pixels.
+    """
+    contrast = typical(np.abs(last.state[:, LIGHT] * (1.0 - last.state[:, INK])))
+    noise = _STRANGE * math.sqrt(max(typical(last.relative), LEAST_VARIANCE))
+    missed = astray * _STEEPEST * contrast / last.blur
+    return np.asarray(np.abs(residuals) > math.hypot(noise, missed))
 
 
 def _trusted(near: Edges, discs: SmallDiscs, last: Progress) -> BoolArray:

@@ -78,6 +78,34 @@ def test_the_edge_of_a_shadow_is_found_in_the_levels(direction, width):
     np.testing.assert_allclose(found.left(*PLACES.T), true.left(*PLACES.T), atol=0.02)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_an_edge_much_sharper_than_the_pitch_is_found_in_the_levels(seed):
+    """Levels have it between two rows; a soft edge elsewhere must not be taken for it."""
+    rng = np.random.default_rng([5, seed])
+    direction, offset = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-2.2, 2.2)
+    true = edge(direction, offset, 0.03, 0.45)
+    x, y = (PLACES - MIDDLE).T / PITCH
+    level = (180 + 4 * x - 6 * y) * true.left(*PLACES.T) + rng.normal(0.0, 0.3, len(PLACES))
+    found = edge_in(light(level, 0.3), PITCH)
+    assert found is not None
+    np.testing.assert_allclose(found.left(*PLACES.T), true.left(*PLACES.T), atol=0.06)
+
+
+def test_an_edge_rests_when_it_moves_by_a_small_share_of_its_width():
+    here = edge(width=0.1)
+    assert here.rests_since(here)
+    assert edge(width=0.1, offset=0.21).rests_since(here)
+    assert not edge(width=0.1, offset=0.22).rests_since(here)
+    assert edge(width=1.0, offset=0.3).rests_since(edge(width=1.0))
+    assert not edge(width=0.1, direction=0.71).rests_since(here)
+    assert not edge(width=0.12).rests_since(here)
+
+
+def test_an_edge_may_be_too_sharp_to_begin_with():
+    assert np.exp(edge(width=0.01).softened.parameters[2]) == pytest.approx(0.15)
+    np.testing.assert_array_equal(edge().softened.parameters, edge().parameters)
+
+
 @pytest.mark.parametrize("bend", [0.0, 0.1])
 def test_a_plane_needs_no_shadow(bend):
     """Nor does light that is uneven by a fraction of a percent."""
