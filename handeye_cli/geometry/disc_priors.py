@@ -65,7 +65,7 @@ class Surface:
             np.concatenate([self.places[sound], paper.places]),
             level,
             told + (self.uneven * level) ** 2,
-            np.repeat([True, False], [int(sound.sum()), len(paper.level)]),
+            np.arange(len(level)) < len(spread),
         )
 
     @cached_property

@@ -95,8 +95,9 @@ class Progress:
     @cached_property
     def variance(self) -> float:
         """Variance of a grey level, that of rounding at least."""
-        freedom = np.sum((self.count - self.state.shape[1])[self.sound])
-        return max(float(np.sum(self.squares[self.sound]) / max(freedom, 1.0)), LEAST_VARIANCE)
+        sound = self.sound.astype(float)
+        freedom = sound @ (self.count - self.state.shape[1])
+        return max(float(sound @ self.squares / max(freedom, 1.0)), LEAST_VARIANCE)
 
     @cached_property
     def blur(self) -> float:

@@ -95,11 +95,13 @@ class _Known:
 
     Attributes:
         discs: Of the discs in full light.
+        variance: Of a grey level.
         shadow: The shadow's edge as levels show it.
         spreads: (6,) standard deviations of its parameters.
     """
 
     discs: Prior
+    variance: float
     shadow: ShadowEdge
     spreads: FloatArray
 
@@ -161,7 +163,8 @@ def settled_in_shadow(
     begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
     places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
     step = max(edges.grey.shape[1] // _ENOUGH, 1)
-    roughly, known = (_Known(prior, shadow, each) for each in (SPREADS_AT_FIRST, SPREADS))
+    roughly = _Known(prior, first.variance, shadow, SPREADS_AT_FIRST)
+    known = replace(roughly, spreads=SPREADS)
     stand = _Stand(replace(first, state=begun), shadow.softened, edges.grey)
     stand = _settled(edges.every(step), places[..., ::step], stand, roughly)
     stand = _settled(edges, places, stand, known)
@@ -210,7 +213,7 @@ def _stepped(edges: Edges, places: SingleArray, stand: _Stand, known: _Known) ->
     """
     state, shadow = stand.discs.state, stand.shadow
     rows = _rows(edges, places, state, shadow)
-    noise = math.sqrt(stand.discs.variance)
+    noise = math.sqrt(known.variance)
     count = edges.count - clip_rows(edges, rows, noise)
     normal, wanted, squares = normal_equations(rows)
     own, right = normal[:, PARAMETERS:, PARAMETERS:], wanted[:, PARAMETERS:]
@@ -223,9 +226,9 @@ def _stepped(edges: Edges, places: SingleArray, stand: _Stand, known: _Known) ->
     by_shadow, alone = solved[..., :PARAMETERS], solved[..., PARAMETERS]
     border = normal[:, :PARAMETERS, :PARAMETERS] - np.swapaxes(both, 1, 2) @ by_shadow
     due = wanted[:, :PARAMETERS] - np.sum(both * alone[..., None], axis=1)
-    precision = stand.discs.variance / known.spreads**2
+    precision = known.variance / known.spreads**2
     weight = _believed(squares / np.maximum(count, 1.0))
-    inverse = _inverse(np.einsum("n,nij->ij", weight, border) + np.diag(precision))
+    inverse = _inverse(weight @ border.reshape(len(border), -1), precision)
     off = shadow.parameters - known.shadow.parameters
     moved = shadow.moved(inverse @ (weight @ due - off * precision))
     turn = moved.parameters - shadow.parameters
@@ -255,10 +258,18 @@ def _rows(edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEd
     return rows
 
 
-def _inverse(border: FloatArray) -> FloatArray:
-    """Return the inverse of the (6, 6) normal matrix of a shadow's edge, damped."""
-    damping = np.diag(_DAMPING * np.diag(border) + _TINY)
-    return np.asarray(np.linalg.inv(border + damping))
+def _inverse(border: FloatArray, precision: FloatArray) -> FloatArray:
+    """Return the (6, 6) inverse of the normal matrix of a shadow's edge, damped.
+
+    Args:
+        border: (36,) the matrix.
+        precision: (6,) what its diagonal has besides.
+    """
+    diagonal = border[:: PARAMETERS + 1]
+    diagonal += precision
+    diagonal *= 1.0 + _DAMPING
+    diagonal += _TINY
+    return np.asarray(np.linalg.inv(border.reshape(PARAMETERS, PARAMETERS)))
 
 
 def _brighter(state: FloatArray, times: FloatArray | SingleArray) -> FloatArray:
