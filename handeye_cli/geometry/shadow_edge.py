@@ -28,7 +28,7 @@ _SIMPLE = 4
 PARAMETERS = _SIMPLE + len(_ORDERS)
 """Of an edge: direction, offset and logarithm of the width in pitches, depth; then moments."""
 SPREADS = np.array([np.inf, np.inf, np.inf, 0.03, 0.03, 0.01])
-SPREADS_AT_FIRST = np.array([np.inf, np.inf, np.inf, 0.03, 1e-3, 1e-3])
+SPREADS_AT_FIRST = SPREADS[:_SIMPLE]
 """Standard deviations of the parameters about those that levels show, as far as these are known. At
 first, as the edge is not yet where it is, its moments are not asked for."""
 _LEAST = np.array([-np.inf, -np.inf, -5.0, 0.01, *[-0.1] * len(_ORDERS)])
@@ -86,9 +86,11 @@ class ShadowEdge:
     parameters: FloatArray
 
     def moved(self, step: FloatArray) -> ShadowEdge:
-        """Return the edge with parameters that are larger by a (6,) step, within limits."""
-        step = np.minimum(np.maximum(step, -_LARGEST_STEP), _LARGEST_STEP)
-        parameters = np.minimum(np.maximum(self.parameters + step, _LEAST), _MOST)
+        """Return the edge with (k,) first parameters larger by a step, within limits."""
+        largest = _LARGEST_STEP[: len(step)]
+        parameters = self.parameters.copy()
+        parameters[: len(step)] += np.minimum(np.maximum(step, -largest), largest)
+        parameters = np.minimum(np.maximum(parameters, _LEAST), _MOST)
         return ShadowEdge(self.middle, self.pitch, parameters)
 
     def rests_since(self, before: ShadowEdge) -> bool:
@@ -119,28 +121,48 @@ class ShadowEdge:
         """Return the (...) shares of the light that are left at (...) pixels u, v."""
         across = self._places(u, v)[0].astype(np.float32, copy=False)
         taken, density = normal_distribution(across)
-        moments = self.parameters[_SIMPLE:].astype(np.float32)
-        if moments.any():
-            hermite = _hermite(across, density)
-            for order, moment in zip(_ORDERS, moments, strict=True):
-                taken -= moment * hermite[order]
+        if self.parameters[_SIMPLE:].any():
+            self._bend(across, taken, density, None)
         return self._of_taken(taken)
 
-    def with_slopes(
-        self, u: Array, v: Array, out: SingleArray | None = None
-    ) -> tuple[SingleArray, SingleArray]:
-        """Return the (...) shares that are left and their (6, ...) slopes, perhaps in `out`."""
-        slopes = np.empty((PARAMETERS, *u.shape), np.float32) if out is None else out
+    def with_slopes(self, u: Array, v: Array, slopes: SingleArray) -> SingleArray:
+        """Return the (...) shares that are left, and set their slopes.
+
+        Args:
+            u: (...) pixels.
+            v: (...) pixels.
+            slopes: (k, ...) takes those by the k first parameters, with or without the moments.
+        """
         across, along = (each.astype(np.float32, copy=False) for each in self._places(u, v))
         taken, steep = normal_distribution(across)
+        of_moments = slopes[_SIMPLE:]
+        if len(of_moments) > 0 or self.parameters[_SIMPLE:].any():
+            self._bend(across, taken, steep, of_moments if len(of_moments) > 0 else None)
+        self._simple_slopes(across, along, taken, steep, slopes)
+        return self._of_taken(taken)
+
+    def _bend(
+        self,
+        across: SingleArray,
+        taken: SingleArray,
+        steep: SingleArray,
+        slopes: SingleArray | None,
+    ) -> None:
+        """Add what the moments do to (...) shares that are taken and how steeply these fall.
+
+        Args:
+            across: (...) places across the edge.
+            taken: (...) shares without moments, in place.
+            steep: (...) their slopes, in place.
+            slopes: (2, ...) takes the slopes of what is left by the moments, if asked for.
+        """
         hermite = _hermite(across, steep.copy())
-        moments = self.parameters[_SIMPLE:].astype(np.float32)
-        for k, (order, moment) in enumerate(zip(_ORDERS, moments, strict=True)):
+        *_, depth, third, fifth = self.parameters.tolist()
+        for k, (order, moment) in enumerate(zip(_ORDERS, (third, fifth), strict=True)):
             taken -= moment * hermite[order]
             steep += moment * hermite[order + 1]
-            np.multiply(hermite[order], np.float32(self.parameters[3]), out=slopes[_SIMPLE + k])
-        self._simple_slopes(across, along, taken, steep, slopes)
-        return self._of_taken(taken), slopes
+            if slopes is not None:
+                np.multiply(hermite[order], depth, out=slopes[k])
 
     def with_simple_slopes(self, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return shares and (4, ...) slopes by all but the moments, which are taken to be 0.
@@ -238,7 +260,7 @@ class _LevelsInShadow:
         diagonal *= 1.0 + damping
         diagonal += _TINY
         step = np.linalg.solve(normal, weighted @ residuals)
-        edge = self.edge.moved(np.concatenate([step[len(self.plane) :], _EVEN]))
+        edge = self.edge.moved(np.asarray(step[len(self.plane) :], dtype=np.float64))
         plane = self.plane + step[: len(self.plane)]
         return _LevelsInShadow(self.level, self.weight, self.terms, self.places, plane, edge)
 

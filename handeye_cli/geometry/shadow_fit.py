@@ -38,7 +38,6 @@ from handeye_cli.geometry.disc_steps import (
 from handeye_cli.geometry.light_slopes import POWERS, typical
 from handeye_cli.geometry.sensor_limits import held_within
 from handeye_cli.geometry.shadow_edge import (
-    PARAMETERS,
     SPREADS,
     SPREADS_AT_FIRST,
     ShadowEdge,
@@ -97,7 +96,7 @@ class _Known:
         discs: Of the discs in full light.
         variance: Of a grey level.
         shadow: The shadow's edge as levels show it.
-        spreads: (6,) standard deviations of its parameters.
+        spreads: (k,) standard deviations of its first parameters, which are not held.
     """
 
     discs: Prior
@@ -211,31 +210,31 @@ def _stepped(edges: Edges, places: SingleArray, stand: _Stand, known: _Known) ->
     The normal equations are those of the discs, one by one, bordered by the shadow's. What the
     shadow leaves unknown is part of the discs' covariances.
     """
-    state, shadow = stand.discs.state, stand.shadow
-    rows = _rows(edges, places, state, shadow)
+    state, shadow, free = stand.discs.state, stand.shadow, len(known.spreads)
+    rows = _rows(edges, places, state, shadow, free)
     noise = math.sqrt(known.variance)
     count = edges.count - clip_rows(edges, rows, noise)
     normal, wanted, squares = normal_equations(rows)
-    own, right = normal[:, PARAMETERS:, PARAMETERS:], wanted[:, PARAMETERS:]
+    own, right = normal[:, free:, free:], wanted[:, free:]
     if edges.clipped:
         own, right = held_within(own, right, state, (LIGHT, INK), noise)
     own, right = with_prior(own, right, state, known.discs)
-    both = normal[:, PARAMETERS:, :PARAMETERS]
+    both = normal[:, free:, :free]
     kept = np.broadcast_to(kept_columns(state.shape[1]), (*state.shape, len(KEPT)))
     solved = np.linalg.solve(own, np.concatenate([both, right[..., None], kept], axis=2))
-    by_shadow, alone = solved[..., :PARAMETERS], solved[..., PARAMETERS]
-    border = normal[:, :PARAMETERS, :PARAMETERS] - np.swapaxes(both, 1, 2) @ by_shadow
-    due = wanted[:, :PARAMETERS] - np.sum(both * alone[..., None], axis=1)
+    by_shadow, alone = solved[..., :free], solved[..., free]
+    border = normal[:, :free, :free] - np.swapaxes(both, 1, 2) @ by_shadow
+    due = wanted[:, :free] - np.sum(both * alone[..., None], axis=1)
     precision = known.variance / known.spreads**2
     weight = _believed(squares / np.maximum(count, 1.0))
     inverse = _inverse(weight @ border.reshape(len(border), -1), precision)
-    off = shadow.parameters - known.shadow.parameters
+    off = (shadow.parameters - known.shadow.parameters)[:free]
     moved = shadow.moved(inverse @ (weight @ due - off * precision))
-    turn = moved.parameters - shadow.parameters
+    turn = (moved.parameters - shadow.parameters)[:free]
     step = limited(alone - by_shadow @ turn)
-    spread = solved[..., PARAMETERS + 1 :]
+    spread = solved[..., free + 1 :]
     spread = spread + by_shadow @ inverse @ np.swapaxes(by_shadow[:, KEPT], 1, 2)
-    change = np.concatenate([np.broadcast_to(turn, (len(step), PARAMETERS)), step], axis=1)
+    change = np.concatenate([np.broadcast_to(turn, (len(step), free)), step], axis=1)
     squares = foretold(squares, normal, wanted, change)
     return _Stand(Progress(advanced(state, step), spread, squares, count), moved, rows[-1])
 
@@ -246,12 +245,15 @@ def _believed(relative: FloatArray) -> FloatArray:
     return np.asarray(most / np.maximum(relative, most))
 
 
-def _rows(edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEdge) -> SingleArray:
-    """Return derivatives by the parameters of the shadow, then what `linearised` has of discs."""
-    rows = np.empty((PARAMETERS + state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
-    left, slopes = shadow.with_slopes(places[0], places[1], rows[:PARAMETERS])
+def _rows(
+    edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEdge, free: int
+) -> SingleArray:
+    """Return derivatives by so many parameters of the shadow, then what `linearised` has."""
+    rows = np.empty((free + state.shape[1] + 1, *edges.grey.shape), dtype=np.float32)
+    slopes = rows[:free]
+    left = shadow.with_slopes(places[0], places[1], slopes)
     dimmed = replace(edges, terms=edges.terms[: state.shape[1] - LIGHT] * left)
-    linearised(dimmed, state, out=rows[PARAMETERS:])
+    linearised(dimmed, state, out=rows[free:])
     seen = edges.grey - rows[-1]
     seen /= left
     slopes *= seen
@@ -259,17 +261,18 @@ def _rows(edges: Edges, places: SingleArray, state: FloatArray, shadow: ShadowEd
 
 
 def _inverse(border: FloatArray, precision: FloatArray) -> FloatArray:
-    """Return the (6, 6) inverse of the normal matrix of a shadow's edge, damped.
+    """Return the (k, k) inverse of the normal matrix of a shadow's edge, damped.
 
     Args:
-        border: (36,) the matrix.
-        precision: (6,) what its diagonal has besides.
+        border: (k * k,) the matrix.
+        precision: (k,) what its diagonal has besides.
     """
-    diagonal = border[:: PARAMETERS + 1]
+    count = len(precision)
+    diagonal = border[:: count + 1]
     diagonal += precision
     diagonal *= 1.0 + _DAMPING
     diagonal += _TINY
-    return np.asarray(np.linalg.inv(border.reshape(PARAMETERS, PARAMETERS)))
+    return np.asarray(np.linalg.inv(border.reshape(count, count)))
 
 
 def _brighter(state: FloatArray, times: FloatArray | SingleArray) -> FloatArray:
