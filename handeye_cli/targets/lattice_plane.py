@@ -1,7 +1,6 @@
 """The plane of a lattice in an image: the homography from pixels to places.
 
-A finder asks for it in every image, and mostly no point is astray: then the linear method will do,
-which for some dozen points takes half the time of the library's fits.
+A finder asks for it in every image, and mostly no point is astray: then the linear method will do.
 """
 
 from __future__ import annotations
@@ -11,11 +10,10 @@ import numpy as np
 
 from handeye_cli.records import FloatArray, IntArray
 from handeye_cli.targets.disc_spots import BoolArray
+from handeye_cli.targets.linear_homography import linear_homography
 
 _WELL = 0.5
 """Share of the distance at which a point is astray, within which all fit well."""
-_UNIT = 100.0
-"""Pixels in which the points are counted: numbers near 1 keep the digits of what is solved."""
 
 
 def agreed_plane(
@@ -30,7 +28,7 @@ def agreed_plane(
         places: (n, 2) where they are on a lattice.
         astray: Distance from its place from which on a point does not fit.
     """
-    plane = linear_plane(pixels, places)
+    plane = linear_homography(pixels, places)
     if plane is not None:
         seen = pixels @ plane[:, :2].T + plane[:, 2]
         # not divided by the depth, which is 0 on the horizon
@@ -63,54 +61,3 @@ def _library_plane(
     if np.shape(found) != (3, 3):
         return None, none
     return np.asarray(found, dtype=np.float64), np.ravel(fitting) > 0
-
-
-def linear_plane(pixels: FloatArray, places: IntArray) -> FloatArray | None:
-    """Return the (3, 3) homography from pixels to places by the linear method.
-
-    Its depth is 1 at the mean of the pixels. Fewer than 4 points have none, nor have places on one
-    line.
-
-    Args:
-        pixels: (n, 2) points.
-        places: (n, 2) where they are on a lattice.
-    """
-    if len(places) < 4:
-        return None
-    first, middle = places[0], pixels.sum(axis=0) / len(pixels)
-    moved = pixels - middle
-    # x, y and 1 of the pixels, and the same times minus x and minus y of the places
-    terms = np.ones((3, 3, len(places)))
-    terms[:, :2] = moved.T / _UNIT
-    terms[1:] *= (first - places).T[:, None]
-    rows = terms.reshape(9, -1)
-    product = rows @ rows.T
-    # the sums of the squares of whole numbers say whether the places lie on one line
-    if product[5, 5] * product[8, 8] == product[5, 8] ** 2:
-        return None
-    normal = _normal_matrix(product)
-    done, solved = cv2.solve(normal[:8, :8], -normal[:8, 8:], flags=cv2.DECOMP_CHOLESKY)
-    if not done:
-        return None
-    plane = np.ones((3, 3))
-    plane.ravel()[:8] = solved[:, 0]
-    plane[:, :2] /= _UNIT
-    plane[:, 2] -= plane[:, :2] @ middle
-    plane[:2] += first[:, None] * plane[2]
-    return plane
-
-
-def _normal_matrix(product: FloatArray) -> FloatArray:
-    """Return the (9, 9) normal matrix of the linear method.
-
-    Args:
-        product: (9, 9) sums of the products of p, -x p and -y p, where p are x, y and 1 of a pixel,
-            and x and y a place.
-    """
-    normal = np.zeros((9, 9))
-    # the equations of x and those of y meet in the depth only
-    normal[:3, :3] = normal[3:6, 3:6] = product[:3, :3]
-    normal[:6, 6:] = product[3:, :3]
-    normal[6:, :6] = normal[:6, 6:].T
-    normal[6:, 6:] = product[3:6, 3:6] + product[6:, 6:]
-    return normal

@@ -11,6 +11,7 @@ from handeye_cli.geometry import pnp
 from handeye_cli.geometry.camera import PlateToPixel, distort, normalise
 from handeye_cli.geometry.extent import middle_of
 from handeye_cli.records import Camera, FloatArray
+from handeye_cli.targets.linear_homography import linear_homography
 
 _CLOSE = 1e-7
 """Error of the directions of found points, which are good to 1e-5 at best."""
@@ -68,12 +69,11 @@ def _directions(pixels: FloatArray, camera: Camera) -> FloatArray:
 def _homography(plate: FloatArray, image: FloatArray) -> FloatArray:
     """Return the (3, 3) map from a plane to an image that fits points best.
 
-    For one view OpenCV takes a third of the time of the batched kernel, which has an answer for
-    pixels on one line, too; its single precision is worth 1e-4 px.
+    The batched kernel takes more time, but has an answer for points on one line, too.
     """
-    found, _ = cv2.findHomography(plate, image)
-    if np.shape(found) == (3, 3):
-        return np.asarray(found, dtype=np.float64)
+    found = linear_homography(plate, image)
+    if found is not None:
+        return found
     return pnp.homography(plate, image, np.ones(len(plate), dtype=bool))
 
 

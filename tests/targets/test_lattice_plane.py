@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from targets.rendering import pose_view, project
 
-from handeye_cli.targets.lattice_plane import agreed_plane, linear_plane, nearest_plane
+from handeye_cli.targets.lattice_plane import agreed_plane, nearest_plane
+from handeye_cli.targets.linear_homography import linear_homography
 
 ASTRAY = 0.3
 
@@ -20,25 +21,18 @@ def seen_lattice(rng, noise):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("fit", [linear_plane, nearest_plane])
+@pytest.mark.parametrize("fit", [linear_homography, nearest_plane])
 def test_a_plane_without_noise_is_found_again(fit, seed):
     pixels, places = seen_lattice(np.random.default_rng(seed), 0.0)
     # the library's fit is good to single precision
     np.testing.assert_allclose(project(fit(pixels, places), pixels), places, atol=1e-5)
 
 
-def test_a_linear_plane_has_all_digits_and_a_depth_of_one():
-    pixels, places = seen_lattice(np.random.default_rng(7), 0.0)
-    plane = linear_plane(pixels, places)
-    np.testing.assert_allclose(project(plane, pixels), places, atol=1e-9)
-    assert plane[2] @ [*pixels.mean(axis=0), 1.0] == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("seed", range(3))
-def test_a_linear_plane_misses_little_more_than_the_nearest_one(seed):
+def test_a_linear_homography_misses_little_more_than_the_nearest_one(seed):
     pixels, places = seen_lattice(np.random.default_rng(seed), 0.5)
     misses = [
-        project(fit(pixels, places), pixels) - places for fit in (linear_plane, nearest_plane)
+        project(fit(pixels, places), pixels) - places for fit in (linear_homography, nearest_plane)
     ]
     here, least = (np.sqrt(np.mean(miss**2)) for miss in misses)
     assert (1 - 1e-6) * least < here < 1.02 * least
@@ -50,7 +44,7 @@ def test_few_points_and_places_on_a_line_have_no_plane():
     pixels, places = seen_lattice(rng, 0.2)
     line = rng.integers(-4, 4, 2) + np.outer(np.arange(6), [3, 2])
     for few in (pixels[:3], places[:3]), (pixels[:6], line):
-        assert linear_plane(*few) is None
+        assert linear_homography(*few) is None
         plane, fitting = agreed_plane(*few, ASTRAY)
         assert plane is None
         assert fitting.tolist() == [False] * len(few[0])
@@ -59,7 +53,7 @@ def test_few_points_and_places_on_a_line_have_no_plane():
 def test_all_points_of_a_plate_count():
     pixels, places = seen_lattice(np.random.default_rng(6), 0.5)
     plane, fitting = agreed_plane(pixels, places, ASTRAY)
-    np.testing.assert_array_equal(plane, linear_plane(pixels, places))
+    np.testing.assert_array_equal(plane, linear_homography(pixels, places))
     assert np.all(fitting)
 
 
