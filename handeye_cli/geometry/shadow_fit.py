@@ -41,8 +41,8 @@ from handeye_cli.geometry.shadow_edge import (
     SPREADS,
     SPREADS_AT_FIRST,
     ShadowEdge,
-    edge_in,
 )
+from handeye_cli.geometry.shadow_search import edge_in
 
 _ENOUGH = 100
 """Pixels of a disc that are enough for a first step."""

@@ -1,26 +1,13 @@
-"""Edges of shadows: their derivatives, and the edge that levels of the light show."""
+"""Edges of shadows: how the light falls across them, and its derivatives."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from geometry.shadows import PLACES, edge
 from scipy.special import ndtr
 
-from handeye_cli.geometry.light_slopes import Light
-from handeye_cli.geometry.shadow_edge import PARAMETERS, ShadowEdge, edge_in
-
-MIDDLE, PITCH = np.array([310.0, 250.0]), 30.0
-COLUMN, ROW = np.meshgrid(np.arange(-3, 4), np.arange(-3, 4))
-PLACES = MIDDLE + PITCH * np.stack([COLUMN.ravel(), ROW.ravel()], axis=1)
-
-
-def edge(direction=0.7, offset=0.2, width=0.6, depth=0.4, moments=(0.0, 0.0)):
-    return ShadowEdge(MIDDLE, PITCH, np.array([direction, offset, np.log(width), depth, *moments]))
-
-
-def light(level, noise, fitted=False):
-    count = len(level)
-    return Light(PLACES, level, np.full(count, noise**2), np.full(count, fitted))
+from handeye_cli.geometry.shadow_edge import PARAMETERS
 
 
 def test_a_gaussian_edge():
@@ -64,36 +51,6 @@ def test_steps_and_parameters_have_limits():
     assert here.parameters[2:] == pytest.approx([1.5, 0.95, 0.1, -0.1])
 
 
-@pytest.mark.parametrize("direction", [0.3, 1.9, 3.6, 5.5])
-@pytest.mark.parametrize("width", [0.5, 1.2])
-def test_the_edge_of_a_shadow_is_found_in_the_levels(direction, width):
-    rng = np.random.default_rng([3, int(10 * direction)])
-    true = edge(direction, 0.4, width, 0.45)
-    x, y = (PLACES - MIDDLE).T / PITCH
-    level = (180 + 4 * x - 6 * y) * true.left(*PLACES.T) + rng.normal(0.0, 0.2, len(PLACES))
-    found = edge_in(light(level, 0.2), PITCH)
-    assert found is not None
-    assert found.sharp is (width < 1.0)
-    turn = np.angle(np.exp(1j * (found.parameters[0] - direction)))
-    assert abs(turn) < 0.03
-    # the others are known within some hundredths, as the light beside the edge may be uneven
-    np.testing.assert_allclose(found.parameters[1:4], true.parameters[1:4], atol=0.12)
-    np.testing.assert_allclose(found.left(*PLACES.T), true.left(*PLACES.T), atol=0.02)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_an_edge_much_sharper_than_the_pitch_is_found_in_the_levels(seed):
-    """Levels have it between two rows; a soft edge elsewhere must not be taken for it."""
-    rng = np.random.default_rng([5, seed])
-    direction, offset = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-2.2, 2.2)
-    true = edge(direction, offset, 0.03, 0.45)
-    x, y = (PLACES - MIDDLE).T / PITCH
-    level = (180 + 4 * x - 6 * y) * true.left(*PLACES.T) + rng.normal(0.0, 0.3, len(PLACES))
-    found = edge_in(light(level, 0.3), PITCH)
-    assert found is not None
-    np.testing.assert_allclose(found.left(*PLACES.T), true.left(*PLACES.T), atol=0.06)
-
-
 def test_an_edge_rests_when_it_moves_by_a_small_share_of_its_width():
     here = edge(width=0.1)
     assert here.rests_since(here)
@@ -107,22 +64,6 @@ def test_an_edge_rests_when_it_moves_by_a_small_share_of_its_width():
 def test_an_edge_may_be_too_sharp_to_begin_with():
     assert np.exp(edge(width=0.01).softened.parameters[2]) == pytest.approx(0.15)
     np.testing.assert_array_equal(edge().softened.parameters, edge().parameters)
-
-
-@pytest.mark.parametrize("bend", [0.0, 0.1])
-def test_a_plane_needs_no_shadow(bend):
-    """Nor does light that is uneven by a fraction of a percent."""
-    rng = np.random.default_rng(4)
-    x, y = (PLACES - MIDDLE).T / PITCH
-    level = 180 + 9 * x - 6 * y + bend * x * x + rng.normal(0.0, 0.3, len(PLACES))
-    assert edge_in(light(level, 0.3), PITCH) is None
-
-
-def test_a_few_levels_show_no_edge():
-    few = light(180 * edge().left(*PLACES.T), 0.2)
-    some = Light(few.places[:11], few.level[:11], few.variance[:11], few.fitted[:11])
-    assert edge_in(few, PITCH) is not None
-    assert edge_in(some, PITCH) is None
 
 
 def test_an_edge_beside_the_plate_is_none_on_it():
