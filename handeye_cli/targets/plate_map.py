@@ -57,7 +57,8 @@ def _directions(pixels: FloatArray, camera: Camera) -> FloatArray:
         matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
         lens = np.zeros(_COEFFICIENTS)
         lens[: len(distortion)] = distortion
-        found = _undistort(pixels, matrix, lens, R=None, P=None, criteria=_UNTIL_CLOSE)
+        given = np.ascontiguousarray(pixels, dtype=np.float64)
+        found = _undistort(given, matrix, lens, R=None, P=None, criteria=_UNTIL_CLOSE)
         directions = np.asarray(found, dtype=np.float64).reshape(pixels.shape)
         missed = distort(directions, distortion, camera.model) - (pixels - middle) / focal
         # false for what is not a number, too

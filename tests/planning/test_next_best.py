@@ -26,6 +26,7 @@ from handeye_cli.records import (
     UncertainPose,
 )
 from handeye_cli.solve import solve
+from handeye_cli.wording import CALIBRATE_AGAIN
 
 SIGMA = 2e-3
 """Standard deviation of the time that recorded poses are off by, seconds."""
@@ -313,7 +314,7 @@ def test_nothing_is_told_to_stay_where_all_is_noise():
 
 
 def test_a_plan_advises_whole_commands():
-    doubt = Finding("intrinsics-doubtful", "warning", "2 px", "solve with --calibrate-intrinsics")
+    doubt = Finding("intrinsics-doubtful", "warning", "2 px", CALIBRATE_AGAIN)
     stations = replace(recorded(given=True), findings=(doubt,))
     (told,) = [each for each in plan_more(stations, 1).diagnosis if each.code == doubt.code]
     assert told.message == "2 px"

@@ -86,6 +86,10 @@ def test_the_map_is_that_of_the_lens(model, distortion):
     points = se3.transform_points(pose, np.pad(plate, ((0, 0), (0, 1))))
     pixels = project(points, camera.parameters, model)
     np.testing.assert_allclose(plate_map(plate, pixels, camera)(plate), pixels, atol=CLOSE)
+    # in whatever order of memory the pixels come
+    np.testing.assert_allclose(
+        plate_map(plate, np.asfortranarray(pixels), camera)(plate), pixels, atol=CLOSE
+    )
 
 
 def test_a_lens_that_gives_pixels_no_direction_is_as_good_as_none():
