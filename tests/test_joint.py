@@ -41,8 +41,8 @@ BOARD = TargetSpec("chessboard", {"rows": 5, "columns": 7, "square_mm": 40.0})
 POINTS = targets.build(BOARD).points()
 ROBOT = (5e-4, 5e-5)
 PRIOR = np.diag([2.0, 2.0, 2.0, 2.0, 3e-3, 6e-3, 3e-4, 3e-4, 0.0]) ** 2
-MANY = 60
-FEWER = 30
+MANY = 40
+FEWER = 20
 """Runs of what differs by far more than their number blurs."""
 pytestmark = [pytest.mark.many_runs, pytest.mark.xdist_group("joint")]  # fixtures are made once
 
