@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -162,17 +162,26 @@ def others_of(discs: FloatArray, places: FloatArray, conics: Conics) -> Others:
         places: (n, 2) where the map of the plate has the images of the centres.
         conics: Outlines around where the discs are seen.
     """
-    x, y, radius = discs.T
-    apart = np.hypot(x[:, None] - x, y[:, None] - y) - radius
-    np.fill_diagonal(apart, np.inf)
-    count = min(_NEIGHBOURS, len(discs) - 1)
-    index = np.argpartition(apart, count - 1, axis=1)[:, :count]
+    index, apart = _beside(np.ascontiguousarray(discs).tobytes())
     seen_from = conics.centre - conics.origin - places
     square = np.stack([conics.level, _steepness(conics.level)], axis=1)
     square[:, 0, 0] += 1.0
     square = moved_to(square[index].swapaxes(1, 2), (places[:, None] + seen_from[index])[:, None])
-    gap = (np.min(apart, axis=1) / radius - 1.0) * conics.ellipses.half_axes[1]
-    return Others(square, float(np.min(gap)))
+    return Others(square, float(np.min(apart * conics.ellipses.half_axes[1])))
+
+
+@lru_cache(maxsize=64)
+def _beside(plate: bytes) -> tuple[IntArray, FloatArray]:
+    """Return which (n, k) discs are next to each, and how far off, in radii, the nearest edge is.
+
+    All images of a plate ask for them. The distances are (n,).
+    """
+    x, y, radius = np.frombuffer(plate).reshape(-1, 3).T
+    apart = np.hypot(x[:, None] - x, y[:, None] - y) - radius
+    np.fill_diagonal(apart, np.inf)
+    count = min(_NEIGHBOURS, len(x) - 1)
+    index = np.argpartition(apart, count - 1, axis=1)[:, :count]
+    return index, np.min(apart, axis=1) / radius - 1.0
 
 
 def measure(

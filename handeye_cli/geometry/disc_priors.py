@@ -17,6 +17,7 @@ from handeye_cli.geometry.light_slopes import (
     bent_course,
     course_of_light,
     even_course,
+    pitch_of,
     typical,
 )
 from handeye_cli.geometry.shadow_edge import ShadowEdge
@@ -71,8 +72,7 @@ class Surface:
     @cached_property
     def pitch(self) -> float:
         """Typical distance between discs, pixels."""
-        apart = np.linalg.norm(self.places[:, None] - self.places, axis=-1)
-        return typical(np.partition(apart, 1, axis=1)[:, 1])
+        return pitch_of(self.places)
 
     def prior(self, progress: Progress, sound: BoolArray) -> Prior:
         """Return how the light should go over each disc, by its `light`."""

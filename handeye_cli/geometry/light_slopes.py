@@ -109,8 +109,7 @@ def even_course(light: Light, marks: FloatArray) -> Course | None:
 def _relative(light: Light, marks: FloatArray) -> tuple[Light, FloatArray, tuple[float, float]]:
     """Return light and (m, 2) marks in units of a level and a pitch, and these units."""
     level, middle = typical(light.level), light.places.mean(axis=0)
-    apart = _squares(light.places, light.places)
-    pitch = math.sqrt(typical(np.partition(apart, 1, axis=1)[:, 1]))
+    pitch = pitch_of(light.places)
     relative = Light(
         (light.places - middle) / pitch,
         light.level / level,
@@ -127,6 +126,11 @@ def _in_units(course: Course, units: tuple[float, float]) -> Course:
 def typical(values: FloatArray) -> float:
     """Return the upper median of a few dozen values, ten times as fast as NumPy's."""
     return float(np.partition(values, len(values) // 2)[len(values) // 2])
+
+
+def pitch_of(places: FloatArray) -> float:
+    """Return the typical distance of (n, 2) places from their nearest ones."""
+    return math.sqrt(typical(np.partition(_squares(places, places), 1, axis=1)[:, 1]))
 
 
 def _squares(here: FloatArray, there: FloatArray) -> FloatArray:

@@ -73,8 +73,7 @@ class ShadowEdge:
 
     def rests_since(self, before: ShadowEdge) -> bool:
         """Return whether next to nothing is left to another step after the one from there."""
-        width = math.exp(self.parameters[2])
-        noticed = [_REACH / width, 1.0 / width, *[1.0] * (PARAMETERS - 2)]
+        noticed = [_REACH / self.width, 1.0 / self.width, *[1.0] * (PARAMETERS - 2)]
         return bool(np.max(np.abs(self.parameters - before.parameters) * noticed) < _STILL)
 
     @property
@@ -85,9 +84,14 @@ class ShadowEdge:
         return replace(self, parameters=parameters)
 
     @property
+    def width(self) -> float:
+        """Standard deviation of the edge, pitches."""
+        return math.exp(self.parameters[2])
+
+    @property
     def sharp(self) -> bool:
         """Whether the light changes much within a disc."""
-        return bool(math.exp(self.parameters[2]) <= _SOFTEST)
+        return self.width <= _SOFTEST
 
     def between(self, places: FloatArray) -> bool:
         """Return whether the middle of the edge is between (n, 2) places."""

@@ -46,6 +46,9 @@ from handeye_cli.geometry.shadow_search import edge_in
 
 _ENOUGH = 100
 """Pixels of a disc that are enough for a first step."""
+_SOFT = 0.4
+"""Width of an edge, in pitches, from which on levels show so well where it is that steps on some
+pixels are left out."""
 _MOST_STEPS = 10
 _DAMPING, _TINY = 1e-3, 1e-9
 """Steps of the shadow's edge at most, on some pixels and on all; and of these steps."""
@@ -79,9 +82,14 @@ class Before:
     trusted: BoolArray
     shared: Shared
 
-    def prior_under(self, shadow: ShadowEdge) -> Prior:
-        """Return what is known of the discs in full light, if this is the shadow's edge."""
-        unshaded = _brighter(self.discs.state, 1.0 / shadow.left(*self.surface.places.T))
+    def prior_under(self, shadow: ShadowEdge, times: SingleArray) -> Prior:
+        """Return what is known of the discs in full light, if this is the shadow's edge.
+
+        Args:
+            shadow: The edge.
+            times: (n,) by which full light is brighter in the middle of the discs.
+        """
+        unshaded = _brighter(self.discs.state, times)
         prior = self.surface.lit(shadow).prior(replace(self.discs, state=unshaded), self.trusted)
         level = _SLACK * typical(unshaded[:, LIGHT])
         prior = self.shared(prior, self.discs)
@@ -158,14 +166,16 @@ def settled_in_shadow(
     if shadow is None or not shadow.sharp:
         return None
     first, surface = before.discs, before.surface
-    prior = before.prior_under(shadow)
-    begun = _begun(state, 1.0 / shadow.left(*surface.places.T), prior)
+    times = 1.0 / shadow.left(*surface.places.T)
+    prior = before.prior_under(shadow, times)
+    begun = _begun(state, times, prior)
     places = edges.terms[1:3] + origin.T[..., None].astype(np.float32)
     step = max(edges.grey.shape[1] // _ENOUGH, 1)
     roughly = _Known(prior, first.variance, shadow, SPREADS_AT_FIRST)
     known = replace(roughly, spreads=SPREADS)
     stand = _Stand(replace(first, state=begun), shadow.softened, edges.grey)
-    stand = _settled(edges.every(step), places[..., ::step], stand, roughly)
+    if shadow.width < _SOFT:
+        stand = _settled(edges.every(step), places[..., ::step], stand, roughly)
     stand = _settled(edges, places, stand, known)
     if believed is not None:
         weight = believed(stand.residuals, stand.discs)
