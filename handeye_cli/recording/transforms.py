@@ -221,9 +221,7 @@ class TransformTree:
 
     def is_below(self, frame: str, base: str) -> bool:
         """Return whether one of the ways up from a frame leads to another one."""
-        return frame != base and any(
-            base in way for way in islice(self._ways_up((frame,)), _MOST_WAYS)
-        )
+        return frame != base and any(base in way for way in self._ways(frame))
 
     def chain(self, base: str, gripper: str, *, named: bool = False) -> Chain:
         """Return the links between two frames.
